@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -72,14 +71,9 @@ def run(options: argparse.Namespace) -> int:
     marks = places.by_hand(options)
     shared = _marking(found, options)
     sources = [
-        _source(name, paths, students, marks(name), options) for name, paths in found.items()
+        _source(name, paths, students, marks(name), shared, options)
+        for name, paths in found.items()
     ]
-    sources = [
-        replace(one, markers=shared.markers, questions=shared.questions.get(one.assignment, ()))
-        for one in sources
-    ]
-    if options.similar:
-        sources = [replace(one, alike=_alike(one, options)) for one in sources]
     reports = [class_report.report(source) for source in sources]
     for source, report in zip(sources, reports, strict=True):
         if _is_wanted(source.assignment, options):
@@ -122,17 +116,14 @@ def _marking(found: dict[str, list[Path]], options: argparse.Namespace) -> Marki
     return marking.load(path, handed_in)
 
 
-def _alike(source: Source, options: argparse.Namespace) -> Alike | None:
-    """Compare the answers that are in the submissions' folder now; None where none is wanted.
+def _alike(name: str, students: Iterable[str], options: argparse.Namespace) -> Alike:
+    """Compare the answers that are in the submissions' folder now.
 
     Raises:
         WrongUse: the assignment or its submissions are not there.
     """
-    if not _is_wanted(source.assignment, options):
-        return None
     from robust_slam_autograder.nbgrader import marked_cells  # it takes its time to import
 
-    name = source.assignment
     assignments.chosen(options.solutions, [name])
     tests = assignments.notebook_path(options.solutions / name)
     assignment = assignments.load(tests)
@@ -140,11 +131,11 @@ def _alike(source: Source, options: argparse.Namespace) -> Alike | None:
     cells = [solution.grade_id for solution in assignment.solutions]
     answers: dict[str, dict[str, str]] = {cell: {} for cell in cells}
     there = False
-    for result in source.results:
-        path = options.submitted / result.student / name
+    for student in students:
+        path = options.submitted / student / name
         there = there or path.is_dir()
-        for cell, text in _texts(Job(result.student, assignment, tests, path)).items():
-            answers[cell][result.student] = text
+        for cell, text in _texts(Job(student, assignment, tests, path)).items():
+            answers[cell][student] = text
     if not there:
         raise WrongUse(f"{options.submitted} has no submission of {name}: say --submitted DIR.")
     return similar.find(answers, {cell: given[cell].source for cell in cells})
@@ -168,15 +159,16 @@ def _source(
     paths: Sequence[Path],
     students: frozenset[str],
     marks: Entered,
+    shared: Marking,
     options: argparse.Namespace,
 ) -> Source:
     config = assignments.load_config(options.solutions / name / assignments.CONFIG_NAME)
     names, page = not options.no_names, options.to / f"{name}.html"
     # A page that is as it was before may hold names.
-    is_there = _is_wanted(name, options) or (names and page.is_file())
-    feedback = {
-        path.parent.name: options.feedback / path.parent.name / f"{name}.html" for path in paths
-    }
+    is_wanted = _is_wanted(name, options)
+    is_there = is_wanted or (names and page.is_file())
+    mine = [path.parent.name for path in paths]
+    feedback = {student: options.feedback / student / f"{name}.html" for student in mine}
     return Source(
         assignment=name,
         title=config.title,
@@ -190,6 +182,9 @@ def _source(
             if names and path.is_file()
         },
         students=students,
+        markers=shared.markers,
+        questions=shared.questions.get(name, ()),
+        alike=_alike(name, mine, options) if options.similar and is_wanted else None,
         code=_code(options.submitted, name) if names else lambda student, exercise: "",
     )
 

@@ -98,11 +98,7 @@ def read(
             missing, no submission says when it was handed in, or nbgrader has taken something
             off already.
     """
-    if not database.exists(location):
-        raise WrongUse(
-            f"There is no gradebook {database.shown(location)}: grade first, or say --out DIR or "
-            "--gradebook URL."
-        )
+    database.refuse_missing(location)
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
     for name in assignments.chosen(tree, names):

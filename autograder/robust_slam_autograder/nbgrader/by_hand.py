@@ -146,11 +146,7 @@ def enter(
         raise WrongUse("A mark by hand needs its reason, which the student reads: --reason TEXT.")
     if len(reason) > MOST_WORDS:
         raise WrongUse(f"The reason has {len(reason)} letters, and {MOST_WORDS} are enough.")
-    if not database.exists(location):
-        raise WrongUse(
-            f"There is no gradebook {database.shown(location)}: grade first, or say --out DIR or "
-            "--gradebook URL."
-        )
+    database.refuse_missing(location)
     from nbgrader.api import MissingEntry  # nbgrader takes a second to import
 
     from robust_slam_autograder.nbgrader import gradebook

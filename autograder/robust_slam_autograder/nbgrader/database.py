@@ -205,6 +205,20 @@ def exists(location: Location) -> bool:
     return not lost
 
 
+def refuse_missing(location: Location) -> None:
+    """Refuse to go on without a gradebook.
+
+    Raises:
+        WrongUse: there is none.
+        GraderFailure: as for ``exists``.
+    """
+    if not exists(location):
+        raise WrongUse(
+            f"There is no gradebook {shown(location)}: grade first, or say --out DIR or "
+            "--gradebook URL."
+        )
+
+
 def _anew(file: Path | None) -> str:
     """Say how to come from a spoilt gradebook to a whole one."""
     aside = f"mv {shlex.quote(str(file))} {shlex.quote(f'{file}.spoilt')}" if file else "rename it"

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
 import nbformat
 
-from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.grading import durable, tasks
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.grading.tasks import Handed, Job
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.reading import timestamp
-from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.sandbox import Sandbox
 
 
@@ -53,11 +50,5 @@ def show(
             beside.unlink(missing_ok=True)
         if stated is not None:
             durable.write(beside, stated.decode(errors="replace"))
-        made = graded_notebook.build(job.assignment, _cells(task.handed), result)
+        made = graded_notebook.build(job.assignment, task.handed, result)
         durable.write(path, nbformat.writes(made))  # type: ignore[no-untyped-call]
-
-
-def _cells(handed: Handed) -> tuple[Cell, ...]:
-    with suppress(Refused):
-        return handed.cells()
-    return ()

@@ -7,12 +7,15 @@ of the submission's is taken over.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import suppress
 
 from nbformat.notebooknode import NotebookNode
 from nbformat.v4 import new_notebook, new_output
 
+from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.grading.results import CaseResult, Result, tidy
+from robust_slam_autograder.grading.tasks import Handed
 from robust_slam_autograder.grading.verdicts import sign, verdict
 from robust_slam_autograder.markup import prose, visible
 from robust_slam_autograder.nbgrader import marked_cells
@@ -24,8 +27,11 @@ NOT_FOUND = "# Nothing was found for this cell."
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
-def build(assignment: Assignment, cells: Sequence[Cell], result: Result) -> NotebookNode:
+def build(assignment: Assignment, handed: Handed, result: Result) -> NotebookNode:
     """Make the notebook of a submission's cells; it has none where it could not be read."""
+    cells: tuple[Cell, ...] = ()
+    with suppress(Refused):
+        cells = handed.cells()
     known = {cell.grade_id: cell for cell in assignment.marked}
     given = marked_cells.given(assignment.marked)
     outcomes = _outcomes(assignment, result)

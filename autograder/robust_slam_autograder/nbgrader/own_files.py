@@ -8,6 +8,7 @@ date, in formgrader's list of submissions too; and it has no setting for that.
 from __future__ import annotations
 
 from datetime import datetime
+from logging import Logger
 from pathlib import Path
 
 from nbgrader.apps.api import NbGraderAPI
@@ -33,14 +34,16 @@ def plain(folder: Path) -> dict[str, bytes]:
     return {name: data for name, data in found.items() if data is not None}
 
 
-def time_of(folder: Path) -> datetime | None:
-    """Return when a submission says that it was handed in, in UTC and without a zone.
+def time_of(folder: Path, log: Logger | None = None) -> datetime | None:
+    """Return when a submission says that it was handed in, in UTC without a zone.
 
-    None where it does not, or says what is no time.
+    None where it does not, or says what is no time, which ``log`` is told.
     """
     try:
         stated = timestamp.read(folder)
-    except Refused:
+    except Refused as error:
+        if log is not None:
+            log.warning("%s: %s It counts as without a time.", log_line(str(folder)), error)
         return None
     return None if stated is None else stated.replace(tzinfo=None)
 
@@ -54,13 +57,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _existing_timestamp(course: CourseDirectory, folder: str) -> datetime | None:
-    """Return the time without a zone, in UTC, as nbgrader keeps it."""
-    try:
-        stated = timestamp.read(Path(folder))
-    except Refused as error:
-        course.log.warning("%s: %s It counts as without a time.", log_line(folder), error)
-        return None
-    return None if stated is None else stated.replace(tzinfo=None)
+    return time_of(Path(folder), course.log)
 
 
 def _submitted_timestamp(api: NbGraderAPI, assignment: str, student: str) -> datetime | None:

@@ -17,11 +17,11 @@ STUB = 'raise NotImplementedError("Exercise: write this function, then delete th
 _STEPS = "robust_slam_autograder.nbgrader.steps"
 
 
-def nbgrader_settings(root: str, tree: str = "solutions") -> Config:
-    """Return nbgrader's settings for a course whose sources are in ``<root>/<tree>``."""
+def nbgrader_settings(root: str) -> Config:
+    """Return nbgrader's settings for a course whose sources are in ``<root>/solutions``."""
     config = Config()
     config.CourseDirectory.root = str(Path(root).resolve())
-    config.CourseDirectory.source_directory = tree
+    config.CourseDirectory.source_directory = "solutions"
     config.CourseDirectory.release_directory = "build/release"
     config.CourseDirectory.submitted_directory = str(layout.SUBMITTED)
     config.CourseDirectory.autograded_directory = str(layout.AUTOGRADED)

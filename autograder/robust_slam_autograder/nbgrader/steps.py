@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import glob
 import os
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,14 +20,13 @@ from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
-from robust_slam_autograder.errors import AutograderError, GraderFailure, Refused
+from robust_slam_autograder.errors import AutograderError, GraderFailure
 from robust_slam_autograder.grading import allowed, batch, journal, tasks
 from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
-from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.submission import is_student
 from robust_slam_autograder.sandbox import BACK_ENDS, choose
 
@@ -148,10 +146,7 @@ class SafeExporter(NotebookExporter):
             gradebook.record(self._course.db_url, [job.assignment], [result], run.graded)
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
-        cells: tuple[Cell, ...] = ()
-        with suppress(Refused):
-            cells = tasks.read(job).cells()
-        return graded_notebook.build(job.assignment, cells, result)
+        return graded_notebook.build(job.assignment, tasks.read(job), result)
 
     def _namer(self, seed: int) -> Namer:
         """Return what labels wrong answers, one for all submissions of the batch."""

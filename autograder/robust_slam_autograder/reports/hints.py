@@ -62,12 +62,11 @@ class Reader:
     """
 
     names: bool
-    students: frozenset[str] = frozenset()
-    _folded: frozenset[str] = field(init=False, repr=False)
+    students: frozenset[str]
 
-    def __post_init__(self) -> None:
-        folded = frozenset(map(_folded, self.students)) - {""}
-        object.__setattr__(self, "_folded", folded)
+    @functools.cached_property
+    def _withheld(self) -> frozenset[str]:
+        return frozenset(map(_folded, self.students)) - {""}
 
     def group(self, case: CaseResult) -> str:
         """Return what a case's message has in common with those that it is counted with."""
@@ -81,7 +80,7 @@ class Reader:
 
     def _is_named(self, text: str) -> bool:
         words = f" {_folded(text)} "
-        return any(f" {name} " in words for name in self._folded)
+        return any(f" {name} " in words for name in self._withheld)
 
 
 @dataclass

@@ -13,10 +13,10 @@ import pytest
 from bs4 import BeautifulSoup
 from nbformat.v4 import new_code_cell, new_output
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.tasks import Handed
 from robust_slam_autograder.nbgrader import graded_notebook
 from robust_slam_autograder.nbgrader.safe_markdown import LONGEST, as_html, code_as_html
 from robust_slam_autograder.nbgrader.steps import HideTests
-from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import Assignment
 
 from tests.autograder import toy
@@ -36,8 +36,8 @@ def graded(message: str) -> Result:
 
 def build(tests: Assignment, value: dict[str, Any], made: Result | None = None) -> dict[str, Any]:
     """The page's cells by grade id; the student's own under their texts."""
-    cells = notebook.parse(json.dumps(value).encode(), "ada.ipynb")
-    page = graded_notebook.build(tests, cells, made or graded("Try it."))
+    handed = Handed("ada.ipynb", json.dumps(value).encode())
+    page = graded_notebook.build(tests, handed, made or graded("Try it."))
     nbformat.validate(page)
     return {c.metadata.get("nbgrader", {}).get("grade_id") or c.source: c for c in page.cells}
 
