@@ -44,9 +44,9 @@ find-parts = [ ! -f $(RUNTIME) ] || printf .runtime; for graph in CSAIL intel; d
 PARTS := build/.parts$(shell $(find-parts))
 # Without two packages that jsonschema's extra names: each program that reads a notebook would make
 # forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
-PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+PIN := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
-BENCHES := speed growth any_graph
+BENCHES := speed growth
 
 help: ## say what there is
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -57,21 +57,26 @@ setup-dev: $(READY_DEV) ## add what tests, checks and benchmarks need
 
 $(READY): requirements.lock $(COURSE)
 	$(call environment,setup,-r $<)
-	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
+	@$(call install-by-uv,--quiet --no-deps --no-build-isolation -e lib -e autograder)
 	@touch $@
 
 $(READY_DEV): requirements.lock requirements-dev.lock $(COURSE) | $(READY)
 	$(call environment,setup-dev,-r requirements-dev.lock)
 	@touch $@
 
+# In half of pip's time; pip takes its place where uv knows nothing of the index that pip is told of.
+install-by-uv = sh -c '$(BIN)/uv pip install --python $(BIN)/python $(1) || $(BIN)/pip install $(1)'
+
 define environment
 @$(PYTHON) -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' || \
 	{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 	'name another one with make PYTHON=python3.12 …'; exit 1; }
 @[ $(1) != setup ] || $(PYTHON) -m venv $(VENV)
-@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --no-compile --require-hashes --no-deps $(2)
-@# On all cores, where pip uses one. Some packages carry files for other versions of Python; what
-@# they carry of their tests is not imported.
+@[ $(1) != setup ] || awk '/^uv==/, !/\\$$/' requirements.lock | \
+	$(BIN)/pip install --quiet --require-hashes --no-deps -r /dev/stdin || true
+@$(QUIETLY) $(1) $(call install-by-uv,--require-hashes --no-deps $(2))
+@# Some packages carry files for other versions of Python; what they carry of their tests is not
+@# imported.
 @$(BIN)/python -m compileall -qq -j 0 -x /tests/ $(VENV)/lib || true
 endef
 
@@ -121,8 +126,7 @@ $(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime ass
 # Apart from the environment, whose JupyterLab is another one.
 $(JUPYTERLITE): requirements-runtime.lock $(READY)
 	@rm -rf $(@D)
-	@$(QUIETLY) jupyterlite $(BIN)/pip install --progress-bar off --require-hashes --no-deps \
-		--target $(@D) -r $<
+	@$(QUIETLY) jupyterlite $(call install-by-uv,--require-hashes --no-deps --target $(@D) -r $<)
 	@touch $@
 
 cards: setup-dev ## make flash cards of the symbols and the cheat sheet, build/cards, for Anki
@@ -131,7 +135,7 @@ cards: setup-dev ## make flash cards of the symbols and the cheat sheet, build/c
 data: setup ## download the nine public pose graphs, 8 MB
 	$(BIN)/python -m robust_slam.graphs.datasets
 
-bench: setup-dev ## both sides in one run: our estimators and GTSAM's, and the like
+bench: setup-dev ## both sides in one run: our descent and GTSAM's; and how its cost grows
 	@failed=0; for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name || failed=1; done; \
 	exit $$failed
 
@@ -183,7 +187,7 @@ check: setup-dev ## lint, format, types, the directions of imports and the langu
 	$(BIN)/lint-imports --no-cache --no-logo
 	$(BIN)/python -m tools.prose
 
-lock: ## pin every dependency again (needs uv); development takes the course's versions
+lock: setup ## pin every dependency again; development takes the course's versions
 	$(PIN) $(COURSE) --group book --group lab --group build --extra sdp --extra data --extra live \
 		--extra grading -o requirements.lock
 	$(PIN) $(COURSE) --group book --group lab --group build --group test --group check --group bench \
