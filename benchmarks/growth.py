@@ -109,21 +109,8 @@ def _number(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
-def exponents(sizes: Sequence[Size]) -> list[str]:
-    """Return how steps and memory grow: lines `exponent NAME VALUE`."""
-    # It brings matplotlib, which the processes of the sizes need not hold.
-    from robust_slam_course.plots.sweeps import fitted_exponent
-
-    poses = [size.poses for size in sizes]
-    costs = {
-        "step": [size.step for size in sizes],
-        "memory": [size.memory - size.base for size in sizes],
-    }
-    return [f"exponent {name} {fitted_exponent(poses, cost):.2f}" for name, cost in costs.items()]
-
-
 def main() -> None:
-    """Measure every size, print the exponents, and write the table if asked to."""
+    """Measure every size, and write the table if asked to."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -136,8 +123,6 @@ def main() -> None:
             f"growth/{size.poses} start {size.start:.3g} s, set-up {size.setup:.3g} s, "
             f"step {size.step:.3g} s, memory {size.memory:.0f} MB"
         )
-    for line in exponents(sizes):
-        print(line)
     if wanted.out is not None:
         wanted.out.write_text(table(sizes), encoding="utf-8")
 

@@ -27,11 +27,6 @@ def test_a_small_map_costs_time_and_memory() -> None:
     assert size.base <= size.memory < 1000.0
 
 
-def test_the_exponents_are_those_of_step_and_of_memory_above_the_base() -> None:
-    sizes = [Size(n, n, 0.0, 0.0, 1e-6 * n**1.5, 70.0 + 0.01 * n, 70.0) for n in (10, 100, 1000)]
-    assert growth.exponents(sizes) == ["exponent step 1.50", "exponent memory 1.00"]
-
-
 def test_the_committed_table_has_every_size_its_command_and_its_seed() -> None:
     header = [line for line in COMMITTED.read_text().splitlines() if line.startswith("#")]
     assert header == [line for line in growth.table([]).splitlines() if line]
