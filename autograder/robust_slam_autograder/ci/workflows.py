@@ -22,6 +22,7 @@ ACTIONS = {
 }
 """Commits, for a tag can be moved to other code; the comment says which version each is."""
 
+_EVERY_PUSH = "commit it to the repository that students start from; every push is checked."
 _PLACEHOLDER = re.compile(r"@([A-Z_]+)@")
 _UNFIT = re.compile(r"[\x00-\x1f\x7f]|\$\{\{")
 
@@ -30,7 +31,6 @@ _UNFIT = re.compile(r"[\x00-\x1f\x7f]|\$\{\{")
 class Workflow:
     """A file that a machine of others reads."""
 
-    template: str
     place: str
     """Where it belongs in its repository."""
     then: str
@@ -38,25 +38,15 @@ class Workflow:
 
 
 WORKFLOWS = {
-    "github-student": Workflow(
-        "github-student.yml",
-        ".github/workflows/public-checks.yml",
-        "commit it to the repository that students start from; every push is checked.",
-    ),
-    "gitlab-student": Workflow(
-        "gitlab-student.yml",
-        ".gitlab-ci.yml",
-        "commit it to the repository that students start from; every push is checked.",
-    ),
+    "github-student": Workflow(".github/workflows/public-checks.yml", _EVERY_PUSH),
+    "gitlab-student": Workflow(".gitlab-ci.yml", _EVERY_PUSH),
     "github-grading": Workflow(
-        "github-grading.yml",
         ".github/workflows/grading.yml",
         "write your public key to .github/marks.asc (gpg --armor --export YOU), commit both and "
         "the submissions to your private repository, and start it: Actions, Grading, Run "
         "workflow. Read the marks with: gpg --decrypt marks.tar.gz.gpg | tar -xz",
     ),
     "github-course": Workflow(
-        "github-course.yml",
         ".github/workflows/course.yml",
         "commit it to your private repository, and choose under Settings, Pages, the source "
         "GitHub Actions. A private repository's site is public, and may need a paid plan.",
@@ -72,7 +62,7 @@ def fill(name: str, course: Course, install: Sequence[str]) -> str:
     Raises:
         WrongUse: nothing says what students install, or it does not fit into such a file.
     """
-    text = template(WORKFLOWS[name].template)
+    text = template(f"{name}.yml")
     values = {**ACTIONS, "BRANCH": course.repository.branch}
     if "@INSTALL@" in text:
         indent = re.search(r"^( *)@INSTALL@", text, re.MULTILINE)

@@ -42,17 +42,18 @@ def add(commands: Any) -> None:  # noqa: ANN401
 
 def run(options: argparse.Namespace) -> int:
     """Write the folders; exit status 1 where something was left out."""
-    from robust_slam_autograder.lms import downloads, roster  # nbgrader takes a second to import
+    # nbgrader takes a second to import
+    from robust_slam_autograder.lms import downloads, roster, systems
 
-    system = downloads.SYSTEMS[options.format]
+    system = systems.SYSTEMS[options.format]
     names = assignments.find_names(options.solutions)
     if options.assignment is not None:
         assignments.chosen(options.solutions, [options.assignment])
     stems = {assignments.notebook_path(options.solutions / name).stem: name for name in names}
     people, students, match = places.roster(options)
     reader = downloads.Reader(
-        system,
-        downloads.owners(system, people, students),
+        system.sent,
+        downloads.owners(system.keys, people, students),
         match,
         stems | {name: name for name in names},
         options.assignment,

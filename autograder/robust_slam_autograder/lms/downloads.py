@@ -46,16 +46,6 @@ class Sent:
     """Whether the system says that it came late."""
 
 
-@dataclass(frozen=True)
-class System:
-    """How a system names what it hands out."""
-
-    sent: Callable[[str], Sequence[Sent]]
-    """The ways to read a path within the zip."""
-    keys: Callable[[Roster, Row], Iterator[str]]
-    """What may stand for a line of the roster in such a path."""
-
-
 def canvas_sent(path: str) -> list[Sent]:
     """Read ``smithjohn_LATE_12345_678_02-four-costs.ipynb``: a name, an ID, an attachment.
 
@@ -98,12 +88,6 @@ def moodle_keys(people: Roster, row: Row) -> Iterator[str]:
 
 def _one_space(name: str) -> str:
     return roster.key(" ".join(name.split()))
-
-
-SYSTEMS = {
-    "canvas": System(canvas_sent, canvas_keys),
-    "moodle": System(moodle_sent, moodle_keys),
-}
 
 
 @dataclass(frozen=True)
@@ -185,7 +169,7 @@ class Reader:
     """Tells whose notebook a file is, and of which assignment.
 
     Attributes:
-        system: how its name is read.
+        sent: the ways to read a path within the zip.
         owners: by what a name may hold the lines of the roster that have it.
         match: the roster's column that holds the names of the submissions' folders.
         notebooks: by name of a notebook, without its ending, the assignment.
@@ -193,7 +177,7 @@ class Reader:
             names alone count.
     """
 
-    system: System
+    sent: Callable[[str], Sequence[Sent]]
     owners: Mapping[str, Sequence[Row]]
     match: int
     notebooks: Mapping[str, str]
@@ -213,7 +197,7 @@ class Reader:
     def _read(self, entry: str, at: datetime) -> Notebook:
         if not entry.lower().endswith(NOTEBOOK):
             raise ValueError("is no notebook")
-        ways = self.system.sent(entry)
+        ways = self.sent(entry)
         if not ways:
             raise ValueError("has not the name that this system gives to submissions")
         students = [(way, self._student(way)) for way in ways]
@@ -269,10 +253,12 @@ def _once(
     ]
 
 
-def owners(system: System, people: Roster, students: Collection[Row]) -> dict[str, list[Row]]:
+def owners(
+    keys: Callable[[Roster, Row], Iterator[str]], people: Roster, students: Collection[Row]
+) -> dict[str, list[Row]]:
     """Return by what a file's name may hold the lines of the roster that have it."""
     found: dict[str, list[Row]] = {}
     for row in students:
-        for key in dict.fromkeys(system.keys(people, row)):
+        for key in dict.fromkeys(keys(people, row)):
             found.setdefault(key, []).append(row)
     return found

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.lms import downloads
 from robust_slam_autograder.lms.marks import Column
 from robust_slam_autograder.lms.roster import Roster, Row
 from robust_slam_autograder.nbgrader.spreadsheet import as_text
@@ -173,12 +174,30 @@ class System:
     students: Callable[[Roster], tuple[Row, ...]]
     names: Callable[[str], set[str]]
     table: Callable[[Roster, Values], Iterator[list[str]]]
+    sent: Callable[[str], Sequence[downloads.Sent]]
+    """The ways to read a path within the zip of submissions."""
+    keys: Callable[[Roster, Row], Iterator[str]]
+    """What may stand for a line of the roster in such a path."""
 
 
 SYSTEMS = {
-    "canvas": System("Canvas", "SIS Login ID", canvas_students, canvas_names, canvas_table),
+    "canvas": System(
+        "Canvas",
+        "SIS Login ID",
+        canvas_students,
+        canvas_names,
+        canvas_table,
+        downloads.canvas_sent,
+        downloads.canvas_keys,
+    ),
     "moodle": System(
-        "Moodle", "Email address", lambda roster: roster.rows, moodle_names, moodle_table
+        "Moodle",
+        "Email address",
+        lambda roster: roster.rows,
+        moodle_names,
+        moodle_table,
+        downloads.moodle_sent,
+        downloads.moodle_keys,
     ),
 }
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robust_slam_autograder import layout
-from robust_slam_autograder.grading import batch
+from robust_slam_autograder.grading import batch, durable, tasks
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.database import Location
+from robust_slam_autograder.reading import timestamp
 from robust_slam_autograder.sandbox import Sandbox
 
 
@@ -40,13 +41,45 @@ def record_new(
     stale = {path: pair for path, pair in shown.items() if pair[0].key in due or not path.exists()}
     if not due and not stale:
         return
-    from robust_slam_autograder.nbgrader import formgrader, gradebook  # these take a second
+    from robust_slam_autograder.nbgrader import gradebook  # it takes a second to import
 
     for path in stale:
         path.unlink(missing_ok=True)
     used = {job.assignment.name: job.assignment for job in jobs}
     gradebook.record(location, list(used.values()), list(due.values()), journal.graded)
-    formgrader.show(location, stale, journal, wall)
+    _show(location, stale, journal, wall)
+
+
+def _show(
+    location: Location, graded: Mapping[Path, tuple[Job, Result]], journal: Journal, wall: Sandbox
+) -> None:
+    """Write the notebooks of results that the gradebook has, and when they were handed in.
+
+    A notebook comes last: where one is, the rest of it is there too. A submission that has
+    changed since it was graded is left for the next run: a person would mark another text.
+    """
+    import nbformat  # these take a second
+
+    from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
+
+    times = {
+        (job.assignment.name, job.student): own_files.time_of(job.path)
+        for job, _ in graded.values()
+    }
+    gradebook.stamp(location, times)
+    prints = tasks.Fingerprints(journal.seed, wall, journal.town)
+    for path, (job, result) in graded.items():
+        task = prints.task(job)
+        if task.fingerprint != journal.graded.get(job.key):
+            continue
+        beside = path.with_name(timestamp.NAME)
+        stated = own_files.plain(job.path).get(timestamp.NAME)
+        with durable.explained(beside):
+            beside.unlink(missing_ok=True)
+        if stated is not None:
+            durable.write(beside, stated.decode(errors="replace"))
+        made = graded_notebook.build(job.assignment, task.handed, result)
+        durable.write(path, nbformat.writes(made))  # type: ignore[no-untyped-call]
 
 
 def _notebook(folder: Path, job: Job) -> Path:
