@@ -11,7 +11,7 @@ A picture asks one such question at its head, a prediction, which folds when it 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
@@ -101,6 +101,15 @@ class Question:
             raise ValueError(f"options: {self.prompt!r} has {len(self.options)}; give it two.")
         if not any(option.correct for option in self.options):
             raise ValueError(f"options: none for {self.prompt!r} is right; mark one correct=True.")
+
+
+def ask(prompt: str, answers: Mapping[str, str], right: str) -> Question:
+    """Return a question with one right option; ``answers`` are by the options' texts.
+
+    Raises:
+        ValueError: as ``Option`` and ``Question``.
+    """
+    return Question(prompt, [Option(text, why, text == right) for text, why in answers.items()])
 
 
 @dataclass(frozen=True)

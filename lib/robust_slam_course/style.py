@@ -6,7 +6,8 @@ style sheet, for figures (`robust_slam_course.figures`), live pictures, quizzes 
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -100,9 +101,11 @@ def site_colours() -> str:
     return f":root {{ {variables('light')} }}\n@media not print {{ {dark} }}\n"
 
 
-def figure_style() -> AbstractContextManager[None]:
-    """Draw in the course's style inside a `with` block; the settings come back after it."""
-    return mpl.rc_context(STYLE)
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Draw in the course's style inside a `with` block, or in a function that this decorates."""
+    with mpl.rc_context(STYLE):
+        yield
 
 
 def use_style() -> None:

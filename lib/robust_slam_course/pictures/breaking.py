@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-
 import numpy as np
-from matplotlib.figure import Figure
 from robust_slam import breaking as game
-from robust_slam.drawing import draw_map, map_legend
 
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.pictures.graphs import graph_data
-from robust_slam_course.quiz import Option, Question
-from robust_slam_course.style import figure_style
+from robust_slam_course.pictures.graphs import graph_data, map_still, stored
+from robust_slam_course.quiz import ask
 
 _FIRST = "A:gnc:2-9:1,1:1"
 
 
 def breaking() -> Picture:
     """Return three small towns in which the reader fools a solver with few and small outliers."""
-    text = files(__package__).joinpath("breaking.json").read_text(encoding="utf-8")
-    best = {key: found["score"] for key, found in json.loads(text).items()}
+    best = {key: found["score"] for key, found in stored("breaking.json").items()}
     first = game.attack(_FIRST)
+    graph, truth, _ = game.town(first.town)
+    spoiled = game.attacked(first)
+    is_outlier = np.arange(len(spoiled.edges)) >= len(graph.edges)
     return Picture(
         name="breaking",
         title="Break the map",
-        question=Question(
+        question=ask(
             "Town A has three inliers. How many outliers that agree does it take to fool GNC?",
-            [
-                Option("one", "A single one fools it at no place and with no offset."),
-                Option("two", "They need not outnumber the three inliers.", correct=True),
-                Option("four", "Two are enough, although there are three inliers."),
-            ],
+            {
+                "one": "A single one fools it at no place and with no offset.",
+                "two": "They need not outnumber the three inliers.",
+                "four": "Two are enough, although there are three inliers.",
+            },
+            right="two",
         ),
         tries=[
             "fool least squares with one outlier, and make its offset shorter. Where do its ends"
@@ -58,18 +55,5 @@ def breaking() -> Picture:
             "reach": game.REACH,
             "most": game.MOST,
         },
-        still=_still(first),
+        still=map_still(spoiled, game.SOLVERS[first.solver](spoiled), truth, is_outlier),
     )
-
-
-def _still(attack: game.Attack) -> Figure:
-    """Return the map of an attacked town."""
-    graph, truth, _ = game.town(attack.town)
-    spoiled = game.attacked(attack)
-    is_outlier = np.arange(len(spoiled.edges)) >= len(graph.edges)
-    with figure_style():
-        figure = Figure(figsize=(5.0, 3.6), layout="constrained")
-        poses = game.SOLVERS[attack.solver](spoiled)
-        draw_map(spoiled, poses, figure.subplots(), is_outlier=is_outlier, truth=truth)
-        figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
-    return figure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from robust_slam.certificates import sdp
 from robust_slam.graphs import se2
@@ -10,7 +11,7 @@ from robust_slam.graphs import se2
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.certificates import draw_ring, draw_spectrum
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
 from robust_slam_course.style import figure_style
 
 _TWISTED = [0, 72, 144, -144, -72]
@@ -24,24 +25,17 @@ def certificate() -> Picture:
     return Picture(
         name="certificate",
         title="Is there a better map?",
-        question=Question(
+        question=ask(
             "All headings were measured equal. Which turn of the arrows lowers the cost?",
-            [
-                Option(
-                    "a small one",
-                    "The pulls on each arrow balance, and when it turns they pull it back.",
-                ),
-                Option(
-                    "several small ones",
-                    "Between headings that differ by less than 90° every small change costs more.",
-                ),
-                Option(
-                    "only a large one",
-                    "The ring is a local minimum: every small turn, of one arrow or several,"
-                    " raises the cost.",
-                    correct=True,
-                ),
-            ],
+            {
+                "a small one": "The pulls on each arrow balance, and when it turns they pull it"
+                " back.",
+                "several small ones": "Between headings that differ by less than 90° every small"
+                " change costs more.",
+                "only a large one": "The ring is a local minimum: every small turn, of one arrow"
+                " or several, raises the cost.",
+            },
+            right="only a large one",
         ),
         tries=[
             "press Play to climb. Which cost is reached with a third row, and which with a"
@@ -65,20 +59,14 @@ def turning() -> Picture:
         name="turning",
         script="certificate",
         title="Where equal headings stop being best",
-        question=Question(
+        question=ask(
             "Up to which α are three equal headings certified?",
-            [
-                Option("30°", "The eigenvalues there are 0, 1.73 and 3.46, each of them twice."),
-                Option(
-                    "60°",
-                    "There, turning each heading by 120° costs as much; beyond, it costs less.",
-                    correct=True,
-                ),
-                Option(
-                    "90°",
-                    "Up to 90° they are a local minimum, but from 60° on not the lowest.",
-                ),
-            ],
+            {
+                "30°": "The eigenvalues there are 0, 1.73 and 3.46, each of them twice.",
+                "60°": "There, turning each heading by 120° costs as much; beyond, it costs less.",
+                "90°": "Up to 90° they are a local minimum, but from 60° on not the lowest.",
+            },
+            right="60°",
         ),
         tries=[
             "choose five headings, make them equal, and find the α at which they stop being best.",
@@ -101,29 +89,27 @@ def _twisted_ring() -> tuple[Array, Array]:
     return sdp.connection_matrix(5, edges, equal), R
 
 
+@figure_style()
 def _certificate_still(eigenvalues: Array) -> Figure:
     """Return the twisted ring and the spectrum of its certificate."""
-    with figure_style():
-        figure = Figure(figsize=(5.6, 3.2), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        draw_ring(left, np.radians(_TWISTED), turn=0.0)
-        draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
-        right.legend(loc="upper right", fontsize=9)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(5.6, 3.2))
+    draw_ring(left, np.radians(_TWISTED), turn=0.0)
+    draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
+    right.legend(loc="upper right", fontsize=9)
     return figure
 
 
+@figure_style()
 def _turning_still() -> Figure:
     """Return the eigenvalues of S over α for a ring of three with equal headings."""
     alpha = np.linspace(0.0, 90.0, 181)
-    with figure_style():
-        figure = Figure(figsize=(5.6, 3.0), layout="constrained")
-        ax = figure.subplots()
-        for k, dash in zip((0, 1, 2), ("-", "--", ":"), strict=True):
-            values = 2 * (np.cos(np.radians(alpha)) - np.cos(np.radians(alpha + 120 * k)))
-            ax.plot(alpha, values, dash, label=f"k = {k}")
-        ax.axvspan(60.0, 90.0, color="0.9", zorder=0)
-        ax.text(75.0, 3.0, "not certified", ha="center")
-        ax.text(17.0, 0.6, "certified", ha="center")
-        ax.set(xlabel="α in degrees", ylabel="eigenvalues of S, twice each")
-        ax.legend(loc="lower left")
+    figure, ax = plt.subplots(figsize=(5.6, 3.0))
+    for k, dash in zip((0, 1, 2), ("-", "--", ":"), strict=True):
+        values = 2 * (np.cos(np.radians(alpha)) - np.cos(np.radians(alpha + 120 * k)))
+        ax.plot(alpha, values, dash, label=f"k = {k}")
+    ax.axvspan(60.0, 90.0, color="0.9", zorder=0)
+    ax.text(75.0, 3.0, "not certified", ha="center")
+    ax.text(17.0, 0.6, "certified", ha="center")
+    ax.set(xlabel="α in degrees", ylabel="eigenvalues of S, twice each")
+    ax.legend(loc="lower left")
     return figure

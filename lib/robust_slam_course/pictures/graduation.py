@@ -11,7 +11,8 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
+from robust_slam_course.style import figure_style
 
 _STARTS = ("odometry", "least squares")
 _CLAIM = 2  # the place of the true σ among those that are claimed
@@ -24,26 +25,17 @@ def graduation() -> Picture:
     return Picture(
         name="graduation",
         title="The start, or graduation?",
-        question=Question(
+        question=ask(
             "What saves more maps from 50 % consistent outliers, at 0.05 rad a step?",
-            [
-                Option(
-                    "the start",
-                    "From odometry the methods find 20 maps, from least squares 7; GNC finds 16,"
-                    " IRLS 11.",
-                    correct=True,
-                ),
-                Option(
-                    "graduation",
-                    "GNC finds 16 maps and IRLS 11, but from odometry the two find 20, from least"
-                    " squares 7.",
-                ),
-                Option(
-                    "both alike",
-                    "The start makes a difference of 13 maps (20 against 7), graduation one of 5"
-                    " (16 against 11).",
-                ),
-            ],
+            {
+                "the start": "From odometry the methods find 20 maps, from least squares 7; GNC"
+                " finds 16, IRLS 11.",
+                "graduation": "GNC finds 16 maps and IRLS 11, but from odometry the two find 20,"
+                " from least squares 7.",
+                "both alike": "The start makes a difference of 13 maps (20 against 7), graduation"
+                " one of 5 (16 against 11).",
+            },
+            right="the start",
         ),
         tries=[
             "drag the point up and down. Which method fails first when the claimed σ is too small,"
@@ -107,11 +99,10 @@ def _counts() -> dict[str, Any]:
     }  # fmt: skip
 
 
+@figure_style()
 def _counts_still(data: dict[str, Any], kind: str) -> Figure:
     """Return the heat maps of both starts."""
-    figure, axes = plt.subplots(
-        4, 2, figsize=(5.0, 6.6), sharex=True, sharey=True, layout="constrained"
-    )
+    figure, axes = plt.subplots(4, 2, figsize=(5.0, 6.6), sharex=True, sharey=True)
     for s, start in enumerate(data["starts"]):
         for m, method in enumerate(data["methods"]):
             ax, grid = axes[m, s], np.array(data["good"][kind][s][m])
@@ -123,5 +114,4 @@ def _counts_still(data: dict[str, Any], kind: str) -> Figure:
             ax.grid(visible=False)
     figure.supxlabel("odometry noise (rad a step)", fontsize=10)
     figure.supylabel("claimed σ / true σ", fontsize=10)
-    plt.close(figure)
     return figure

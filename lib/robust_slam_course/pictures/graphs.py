@@ -1,12 +1,20 @@
-"""Pose graphs as data for a live picture."""
+"""What several pictures share: pose graphs as data, tables, and the still picture of a map."""
 
 from __future__ import annotations
 
+import json
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from robust_slam.graphs.pose_graph import PoseGraph
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+from robust_slam._arrays import Mask
+from robust_slam.drawing import decision_legend, draw_map, map_legend
+from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+
+from robust_slam_course.style import figure_style
 
 Array = NDArray[np.float64]
 
@@ -23,14 +31,46 @@ def graph_data(graph: PoseGraph, truth: Array, digits: int = 6) -> dict[str, Any
     if graph.group.DOF != 3:
         raise ValueError("graph: it is not in the plane; a live picture draws poses (x, y, θ).")
     return {
-        "truth": _numbers(truth, digits),
+        "truth": numbers(truth, digits),
         "edges": graph.edges.tolist(),
-        "measurements": _numbers(graph.measurement, digits),
-        "information": _numbers(graph.information, digits),
+        "measurements": numbers(graph.measurement, digits),
+        "information": numbers(graph.information, digits),
         "trusted": graph.is_odometry.astype(int).tolist(),
         "wrongInformation": graph.information[~graph.is_odometry][0].ravel().tolist(),
     }
 
 
-def _numbers(values: Array, digits: int) -> list[float]:
+def numbers(values: Array, digits: int) -> list[float]:
+    """Return all values as plain numbers of so many decimals."""
     return [round(float(value), digits) for value in np.ravel(values)]
+
+
+def with_wrong(
+    graph: PoseGraph, ends: ArrayLike, measured: ArrayLike | None = None
+) -> tuple[PoseGraph, Mask]:
+    """Return ``graph`` with wrong closures ``ends`` ``(k, 2)``, and the mask ``(m,)`` of them.
+
+    By default they measure "one place". They are as precise as the first correct closure, so
+    that nothing but the other edges contradicts them.
+    """
+    z = np.zeros((len(np.asarray(ends)), 3)) if measured is None else measured
+    spoiled = with_closures(graph, ends, z, graph.information[~graph.is_odometry][0])
+    return spoiled, np.arange(len(spoiled.edges)) >= len(graph.edges)
+
+
+def stored(name: str) -> dict[str, Any]:
+    """Return a table that `tools/data` has computed."""
+    found: dict[str, Any] = json.loads((files(__package__) / name).read_text(encoding="utf-8"))
+    return found
+
+
+@figure_style()
+def map_still(
+    graph: PoseGraph, poses: Array, truth: Array, is_outlier: Mask, kept: Mask | None = None
+) -> Figure:
+    """Return a map above its legend, which tells decisions where there is a mask ``kept``."""
+    figure, ax = plt.subplots(figsize=(5.0, 3.6 if kept is None else 4.4))
+    draw_map(graph, poses, ax, kept=kept, is_outlier=is_outlier, truth=truth)
+    handles = map_legend() if kept is None else decision_legend()
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure

@@ -11,7 +11,8 @@ from robust_slam.problems import LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.kernels import draw_costs, draw_drift, draw_influences
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
+from robust_slam_course.style import figure_style
 
 
 def kernels() -> Picture:
@@ -24,31 +25,19 @@ def kernels() -> Picture:
     return Picture(
         name="kernels",
         title="One reading and four kernels",
-        question=Question(
+        question=ask(
             "The threshold c doubles from 2.5 to 5. Which of the four estimates moves most?",
-            [
-                Option(
-                    "squared",
-                    "The square has no threshold and stays, whereas Huber lets a distant reading"
-                    " pull with c itself.",
-                ),
-                Option(
-                    "Huber",
-                    "It lets a distant reading pull with c itself, and its estimate goes from"
-                    " 0.312 to 0.625.",
-                    correct=True,
-                ),
-                Option(
-                    "Cauchy",
-                    "Cauchy’s estimate moves by 0.19, Huber’s by 0.31: Huber lets a distant"
-                    " reading pull with c itself.",
-                ),
-                Option(
-                    "TLS",
-                    "TLS rejects a reading at 8 in either case, whereas Huber lets it pull with c"
-                    " itself.",
-                ),
-            ],
+            {
+                "squared": "The square has no threshold and stays, whereas Huber lets a distant"
+                " reading pull with c itself.",
+                "Huber": "It lets a distant reading pull with c itself, and its estimate goes from"
+                " 0.312 to 0.625.",
+                "Cauchy": "Cauchy’s estimate moves by 0.19, Huber’s by 0.31: Huber lets a distant"
+                " reading pull with c itself.",
+                "TLS": "TLS rejects a reading at 8 in either case, whereas Huber lets it pull with"
+                " c itself.",
+            },
+            right="Huber",
         ),
         tries=[
             "begin with the reading at 0 and move it outwards. Where does Cauchy pull hardest, and"
@@ -71,11 +60,10 @@ def _location(readings: list[float], kernel: Kernel) -> float:
     return float(irls(LocationProblem(readings), kernel, x0=0.0).x)
 
 
+@figure_style()
 def _kernels_still(inliers: list[float], reading: float, four: list[Kernel]) -> Figure:
     """Return cost, influence and, beneath them, the estimates as the reading moves."""
-    figure, axes = plt.subplot_mosaic(
-        [["cost", "pull"], ["drift", "drift"]], figsize=(5.6, 5.2), layout="constrained"
-    )
+    figure, axes = plt.subplot_mosaic([["cost", "pull"], ["drift", "drift"]], figsize=(5.6, 5.2))
     draw_costs(axes["cost"], four, u_max=15.0, mark=reading).set(ylim=(0, 15))
     draw_influences(axes["pull"], four, u_max=15.0, mark=reading).set(ylim=(0, 4))
     places = np.linspace(0.0, 15.0, 61)
@@ -83,5 +71,4 @@ def _kernels_still(inliers: list[float], reading: float, four: list[Kernel]) -> 
         kernel.name: [_location([*inliers, float(z)], kernel) for z in places] for kernel in four
     }
     draw_drift(axes["drift"], places, drift).legend()
-    plt.close(figure)
     return figure

@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-from typing import Any
-
 import numpy as np
-from matplotlib import pyplot as plt
-from matplotlib.figure import Figure
-from robust_slam import drawing
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array
 from robust_slam.estimators import Result, chi_square_threshold, gnc, switchable
-from robust_slam.graphs import PoseGraph, ate, dead_reckoning
+from robust_slam.graphs import ate, dead_reckoning
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course import labs
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.pictures.graphs import graph_data
-from robust_slam_course.quiz import Option, Question
-from robust_slam_course.recogniser import Recognised
+from robust_slam_course.pictures.graphs import graph_data, map_still, numbers, stored
+from robust_slam_course.quiz import ask
 
 
 def arena() -> Picture:
     """Return two solvers on one town, with as many outliers as the reader likes."""
-    table = _read("arena.json")
+    table = stored("arena.json")
     solvers = table.pop("solvers")
     whole = {kind: labs.spoiled(kind, labs.PERCENTS[-1]) for kind in labs.KINDS}
     graph, is_outlier, truth = labs.spoiled("random", 50)
@@ -34,15 +26,14 @@ def arena() -> Picture:
     return Picture(
         name="arena",
         title="As many outliers as you like",
-        question=Question(
+        question=ask(
             "Up to which share of random outliers does GNC find a good map of this town?",
-            [
-                Option("30 %", "Up to 70 % it finds the same good map."),
-                Option(
-                    "70 %", "Up to there its map is 0.27 m off, and at 80 % 1.42 m.", correct=True
-                ),
-                Option("90 %", "With the 40 outliers of 80 % its map is already 1.42 m off."),
-            ],
+            {
+                "30 %": "Up to 70 % it finds the same good map.",
+                "70 %": "Up to there its map is 0.27 m off, and at 80 % 1.42 m.",
+                "90 %": "With the 40 outliers of 80 % its map is already 1.42 m off.",
+            },
+            right="70 %",
         ),
         tries=[
             "drag the share of outliers until each of the two maps is lost. Which certificates"
@@ -60,13 +51,13 @@ def arena() -> Picture:
             "table": table,
             "solvers": solvers,
             "kinds": list(labs.KINDS),
-            "truth": _flat(truth * [1.0, 1.0, 0.0], 2),
+            "truth": numbers(truth * [1.0, 1.0, 0.0], 2),
             "inliers": graph.edges[~graph.is_odometry & ~is_outlier].tolist(),
             "outliers": {
                 kind: each.edges[wrong].tolist() for kind, (each, wrong, _) in whole.items()
             },
         },
-        still=_map_still(graph, found.x, truth, found.weights >= 0.25, is_outlier),
+        still=map_still(graph, found.x, truth, is_outlier, found.weights >= 0.25),
     )
 
 
@@ -84,19 +75,15 @@ def growing() -> Picture:
     return Picture(
         name="growing",
         title="A map that changes its mind",
-        question=Question(
+        question=ask(
             "The outlier arrives at pose 17, and nothing contradicts it. When is it withdrawn?",
-            [
-                Option(
-                    "at the next closure", "Two arrive at pose 23, but the map bends to fit them."
-                ),
-                Option(
-                    "when one contradicts it clearly",
-                    "It is the closure from 17 to 29, twelve poses later.",
-                    correct=True,
-                ),
-                Option("never", "Whenever the map moves, every closure is examined again."),
-            ],
+            {
+                "at the next closure": "Two arrive at pose 23, but the map bends to fit them.",
+                "when one contradicts it clearly": "It is the closure from 17 to 29, twelve poses"
+                " later.",
+                "never": "Whenever the map moves, every closure is examined again.",
+            },
+            right="when one contradicts it clearly",
         ),
         tries=[
             "go to pose 28, where the outlier is still kept. How many true positions, drawn as"
@@ -115,12 +102,12 @@ def growing() -> Picture:
         answer={"pose": 29},
         data={
             **graph_data(graph, truth, 4),
-            "minds": _read("labs.json")["minds"],
+            "minds": stored("labs.json")["minds"],
             "mayDrop": [list(ends) for ends in labs.MAY_DROP],
             "arrivals": list(labs.ARRIVALS),
             "last": last,
         },
-        still=_map_still(graph, poses, truth, ~is_outlier, is_outlier),
+        still=map_still(graph, poses, truth, is_outlier, ~is_outlier),
     )
 
 
@@ -129,26 +116,20 @@ def proofs() -> Picture:
     graph, is_outlier, _ = labs.ring(0)
     starts = labs.starts(graph)
     best = PoseGraphProblem(select(graph, ~is_outlier)).initial()
-    gaps = _read("labs.json")["proofs"]
+    gaps = stored("labs.json")["proofs"]
     failed = sum(gap > 0 for gap in gaps["gnc twice"])
     return Picture(
         name="proofs",
         title="Certify inside the loop",
-        question=Question(
+        question=ask(
             "Every weighted problem of a run is certified. Is its last map good?",
-            [
-                Option(
-                    "yes",
-                    "From headings that are wound three times every certificate succeeds, and the"
-                    " map is lost.",
-                ),
-                Option(
-                    "not always",
-                    "Each certificate is about its own weights, and these may be wrong.",
-                    correct=True,
-                ),
-                Option("no", "From odometry all certificates succeed, and the map is good."),
-            ],
+            {
+                "yes": "From headings that are wound three times every certificate succeeds, and"
+                " the map is lost.",
+                "not always": "Each certificate is about its own weights, and these may be wrong.",
+                "no": "From odometry all certificates succeed, and the map is good.",
+            },
+            right="not always",
         ),
         tries=[
             "play the run from headings that are wound twice. At which step does the first"
@@ -164,12 +145,12 @@ def proofs() -> Picture:
         answer={"start": "thrice", "step": 13},
         data={
             **graph_data(graph, best, 6),
-            "best": _flat(best, 4),
+            "best": numbers(best, 4),
             "outlier": is_outlier.astype(int).tolist(),
-            "starts": {name: _flat(poses, 6) for name, poses in starts.items()},
+            "starts": {name: numbers(poses, 6) for name, poses in starts.items()},
             "proofs": gaps,
         },
-        still=_map_still(graph, starts["twice"], best, np.ones_like(is_outlier), is_outlier),
+        still=map_still(graph, starts["twice"], best, is_outlier, np.ones_like(is_outlier)),
     )
 
 
@@ -184,7 +165,16 @@ def priors() -> Picture:
     return Picture(
         name="priors",
         title="How sure may a closure be?",
-        question=_how_sure(town),
+        question=ask(
+            f"All {town.scores.size} closures claim 99.9 %, and {np.sum(is_false)} are outliers."
+            " Is the map lost?",
+            {
+                "yes": "Log-odds of 7 raise λ from 11 to 25 only, and the residuals of outliers"
+                " are larger.",
+                "no": "The residuals overrule the claim, and the map stays good.",
+            },
+            right="no",
+        ),
         tries=[
             "drag the line of the residuals to the right. At which log-odds do the first outliers"
             " get in, and at which is the map lost?",
@@ -198,47 +188,9 @@ def priors() -> Picture:
         answer={"odds": 7},
         data={
             **graph_data(graph, best, 6),
-            "best": _flat(best, 4),
+            "best": numbers(best, 4),
             "outlier": is_false[loops].astype(int).tolist(),
             "logOdds": np.round(log_odds, 3).tolist(),
         },
-        still=_map_still(graph, found.x, best, used, is_false),
+        still=map_still(graph, found.x, best, is_false, used),
     )
-
-
-def _how_sure(town: Recognised) -> Question:
-    return Question(
-        f"All {town.scores.size} closures claim 99.9 %, and {np.sum(town.is_false)} are outliers."
-        " Is the map lost?",
-        [
-            Option(
-                "yes",
-                "Log-odds of 7 raise λ from 11 to 25 only, and the residuals of outliers are"
-                " larger.",
-            ),
-            Option(
-                "no", "The residuals overrule the claim, and the map stays good.", correct=True
-            ),
-        ],
-    )
-
-
-def _read(name: str) -> dict[str, Any]:
-    text = files(__package__).joinpath(name).read_text(encoding="utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
-
-
-def _flat(poses: Array, digits: int) -> list[float]:
-    return [round(float(value), digits) for value in np.ravel(poses)]
-
-
-def _map_still(
-    graph: PoseGraph, poses: Array, truth: Array, kept: Mask, is_outlier: Mask
-) -> Figure:
-    """Return the map beside its legend."""
-    figure, ax = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
-    drawing.draw_map(graph, poses, ax, kept=kept, is_outlier=is_outlier, truth=truth)
-    figure.legend(handles=drawing.decision_legend(), loc="outside lower center", ncols=2)
-    plt.close(figure)
-    return figure

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from robust_slam.estimators import gnc, irls, kernels
 from robust_slam.estimators.graduation import gm_surrogate, tls_surrogate
@@ -16,7 +17,7 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.annealing import draw_paths, draw_stage
 from robust_slam_course.plots.location import draw_descent, draw_landscape
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
 from robust_slam_course.style import figure_style
 
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
@@ -31,25 +32,16 @@ def annealing() -> Picture:
     return Picture(
         name="annealing",
         title="GNC sharpens the cost",
-        question=Question(
+        question=ask(
             "Where must the reading at 24 go for GNC to end at 6 and not at 0?",
-            [
-                Option(
-                    "6",
-                    "Three at 6 are fewer than four at 0. A reading at 30 draws the mean, where"
-                    " the run begins, to 6.",
-                ),
-                Option(
-                    "12",
-                    "At 12 the mean, where the run begins, is 3.43; at 30 it is 6, and two"
-                    " readings hold it there.",
-                ),
-                Option(
-                    "30",
-                    "The run then begins at a mean of 6, and the two readings there hold it.",
-                    correct=True,
-                ),
-            ],
+            {
+                "6": "Three at 6 are fewer than four at 0. A reading at 30 draws the mean, where"
+                " the run begins, to 6.",
+                "12": "At 12 the mean, where the run begins, is 3.43; at 30 it is 6, and two"
+                " readings hold it there.",
+                "30": "The run then begins at a mean of 6, and the two readings there hold it.",
+            },
+            right="30",
         ),
         tries=[
             "play the run, then increase the factor of μ and drag the same reading again. How"
@@ -78,23 +70,16 @@ def hardening() -> Picture:
         name="hardening",
         script="annealing",
         title="A second minimum appears at the outlier",
-        question=Question(
+        question=ask(
             "When the cost gets a second minimum near 10, where is the estimate?",
-            [
-                Option(
-                    "near 10",
-                    "By solve 7, when the minimum appears, the outlier has hardly any weight.",
-                ),
-                Option(
-                    "near 2.6, the mean",
-                    "There the run begins; then each solve gives the outlier less weight.",
-                ),
-                Option(
-                    "near 0.2",
-                    "At solve 7, where the minimum appears, it moves from 0.21 to 0.16.",
-                    correct=True,
-                ),
-            ],
+            {
+                "near 10": "By solve 7, when the minimum appears, the outlier has hardly any"
+                " weight.",
+                "near 2.6, the mean": "There the run begins; then each solve gives the outlier"
+                " less weight.",
+                "near 0.2": "At solve 7, where the minimum appears, it moves from 0.21 to 0.16.",
+            },
+            right="near 0.2",
         ),
         tries=[
             "show the path of the estimate. In which direction does μ move?",
@@ -121,23 +106,16 @@ def factors() -> Picture:
         name="factors",
         script="annealing",
         title="The factor of μ decides where GNC ends",
-        question=Question(
+        question=ask(
             "With a factor of 1.4 the run ends at 6. Where does it end with 1.1 and 2?",
-            [
-                Option(
-                    "both at 6",
-                    "With 1.1 the estimate has time to reach 0.",
-                ),
-                Option(
-                    "1.1 at 0, 2 at 6",
-                    "With 1.1 it has time to reach 0; with 2 it never gets below 5.63.",
-                    correct=True,
-                ),
-                Option(
-                    "1.1 at 6, 2 at 0",
-                    "A larger factor makes the cost robust sooner and leaves less time.",
-                ),
-            ],
+            {
+                "both at 6": "With 1.1 the estimate has time to reach 0.",
+                "1.1 at 0, 2 at 6": "With 1.1 it has time to reach 0; with 2 it never gets below"
+                " 5.63.",
+                "1.1 at 6, 2 at 0": "A larger factor makes the cost robust sooner and leaves less"
+                " time.",
+            },
+            right="1.1 at 0, 2 at 6",
         ),
         tries=[
             "find the largest factor with which the run ends at 0.",
@@ -162,24 +140,16 @@ def basins() -> Picture:
     return Picture(
         name="basins",
         title="Where a descent ends",
-        question=Question(
+        question=ask(
             "From 8 this run ends at 10. Where does it end when σ is three times as large?",
-            [
-                Option(
-                    "10",
-                    "The zeros are now within cσ = 9 of the start, too; with 2σ they are not.",
-                ),
-                Option(
-                    "0",
-                    "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at"
-                    " 10 is not.",
-                    correct=True,
-                ),
-                Option(
-                    "0.48, the mean",
-                    "The mean is only the first step: from there 10 is 9.52 away, beyond cσ = 9.",
-                ),
-            ],
+            {
+                "10": "The zeros are now within cσ = 9 of the start, too; with 2σ they are not.",
+                "0": "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one"
+                " at 10 is not.",
+                "0.48, the mean": "The mean is only the first step: from there 10 is 9.52 away,"
+                " beyond cσ = 9.",
+            },
+            right="0",
         ),
         tries=[
             "choose Cauchy and one reading at each place, and show all starts. At which c do"
@@ -200,56 +170,53 @@ def basins() -> Picture:
     )  # fmt: skip
 
 
+@figure_style()
 def _basins_still(readings: Array, kernel: Kernel, history: Sequence[Step[float]]) -> Figure:
     """Return the cost of twenty readings and one, with a descent."""
-    with figure_style():
-        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-        ax = figure.subplots()
-        draw_landscape(ax, readings, 1.0, kernel, np.linspace(-4.0, 14.0, 181))
-        draw_descent(ax, history)
-        ax.set(ylim=(-4.0, 104.0))
-        ax.legend(loc="lower right", fontsize=9)
+    figure, ax = plt.subplots(figsize=(5.6, 3.4))
+    draw_landscape(ax, readings, 1.0, kernel, np.linspace(-4.0, 14.0, 181))
+    draw_descent(ax, history)
+    ax.set(ylim=(-4.0, 104.0))
+    ax.legend(loc="lower right", fontsize=9)
     return figure
 
 
+@figure_style()
 def _annealing_still(c: float, steps: Sequence[Step[float]]) -> Figure:
     """Return the cost of the seven readings at the μ of the second of two steps of a run."""
     before, after = steps
     readings, move = np.array(_SEVEN), (before.x, after.x)
     x = np.linspace(-4.0, 38.0, 211)
-    with figure_style():
-        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-        ax = figure.subplots()
-        draw_stage(
-            ax, readings, x, tls_surrogate, c, float(after.mu or 0.0), move, kernel=kernels.tls(c)
-        )
-        ax.legend(loc="lower right", fontsize=9)
+    figure, ax = plt.subplots(figsize=(5.6, 3.4))
+    draw_stage(
+        ax, readings, x, tls_surrogate, c, float(after.mu or 0.0), move, kernel=kernels.tls(c)
+    )
+    ax.legend(loc="lower right", fontsize=9)
     return figure
 
 
+@figure_style()
 def _hardening_still(c: float, run: Sequence[Step[float]]) -> Figure:
     """Return the cost of the four readings at three solves of a run."""
     x = np.linspace(-3.0, 13.0, 321)
-    with figure_style():
-        figure = Figure(figsize=(5.6, 4.4), layout="constrained")
-        panels = figure.subplots(3, 1, sharex=True)
-        for ax, solve in zip(panels, (1, 7, len(run) - 1), strict=True):
-            mu, move = float(run[solve].mu or 0.0), (run[solve - 1].x, run[solve].x)
-            draw_stage(ax, _FOUR, x, gm_surrogate, c, mu, move)
-            ax.set(xlabel="", ylabel="", yticks=[])
-            ax.set_title(f"solve {solve}, μ = {mu:.3g}", loc="left")
-        panels[-1].set(xlabel="x")
-        names = ["cost at this μ", "minimum", "reading", "before the solve", "after it"]
-        figure.legend(panels[0].lines, names, loc="outside upper center", ncols=3)
+    figure, panels = plt.subplots(3, 1, sharex=True, figsize=(5.6, 4.4))
+    for ax, solve in zip(panels, (1, 7, len(run) - 1), strict=True):
+        mu, move = float(run[solve].mu or 0.0), (run[solve - 1].x, run[solve].x)
+        draw_stage(ax, _FOUR, x, gm_surrogate, c, mu, move)
+        ax.set(xlabel="", ylabel="", yticks=[])
+        ax.set_title(f"solve {solve}, μ = {mu:.3g}", loc="left")
+    panels[-1].set(xlabel="x")
+    names = ["cost at this μ", "minimum", "reading", "before the solve", "after it"]
+    figure.legend(panels[0].lines, names, loc="outside upper center", ncols=3)
     return figure
 
 
+@figure_style()
 def _factors_still(runs: Mapping[str, Sequence[Step[float]]]) -> Figure:
     """Return the paths of the estimate with several factors of μ."""
-    with figure_style():
-        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-        ax = draw_paths(figure.subplots(), runs)
-        ax.axhline(0.0, color="0.5", linewidth=0.8)
-        ax.set(ylim=(-0.4, 6.6))
-        ax.legend(loc=(0.66, 0.22))
+    figure, ax = plt.subplots(figsize=(5.6, 3.4))
+    draw_paths(ax, runs)
+    ax.axhline(0.0, color="0.5", linewidth=0.8)
+    ax.set(ylim=(-0.4, 6.6))
+    ax.legend(loc=(0.66, 0.22))
     return figure

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -12,8 +10,10 @@ from matplotlib.figure import Figure
 from robust_slam.palette import PALETTE
 
 from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.graphs import stored
 from robust_slam_course.plots.stages import DOWN, STAGES, draw_stages
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
+from robust_slam_course.style import figure_style
 
 _FAULTS = {
     "nothing": "No stage fails.",
@@ -43,30 +43,18 @@ def machine() -> Picture:
     return Picture(
         name="machine",
         title="Let one stage fail",
-        question=Question(
+        question=ask(
             "The gyroscope of “Odometry (VIO)” has a bias. Which later stage reports it?",
-            [
-                Option(
-                    "PCM",
-                    "PCM takes 9 of the 12 inliers for outliers, and rejects them silently.",
-                ),
-                Option(
-                    "solver",
-                    "The solver rejects the inliers that PCM has left, and returns a map that is"
-                    " 2.97 m off.",
-                ),
-                Option(
-                    "certificate",
-                    "The certificate asks only whether a better map for the kept edges exists, and"
-                    " none does.",
-                ),
-                Option(
-                    "none",
-                    "PCM and the solver reject inliers silently, and the map of the rest is"
-                    " certified.",
-                    correct=True,
-                ),
-            ],
+            {
+                "PCM": "PCM takes 9 of the 12 inliers for outliers, and rejects them silently.",
+                "solver": "The solver rejects the inliers that PCM has left, and returns a map"
+                " that is 2.97 m off.",
+                "certificate": "The certificate asks only whether a better map for the kept edges"
+                " exists, and none does.",
+                "none": "PCM and the solver reject inliers silently, and the map of the rest is"
+                " certified.",
+            },
+            right="none",
         ),
         tries=[
             "here “Place recognition” fails, with 24 outliers that agree. Which stage reports it?",
@@ -83,7 +71,6 @@ def machine() -> Picture:
 
 def _outcomes() -> dict[str, Any]:
     """Return the stages with their places, the arrows between them, and the outcome of each."""
-    found = json.loads(files(__package__).joinpath("machine.json").read_text(encoding="utf-8"))
     stages = [
         {"key": key, "name": stage.name, "row": stage.row, "place": stage.place}
         for key, stage in STAGES.items()
@@ -92,14 +79,13 @@ def _outcomes() -> dict[str, Any]:
     for stage in stages:
         stage["fault"] = _FAULTS[str(stage["key"])]
     arrows = [[source, target, x / 10] for source, target, x, _ in DOWN]
-    return {**found, "stages": stages, "arrows": arrows}
+    return {**stored("machine.json"), "stages": stages, "arrows": arrows}
 
 
+@figure_style()
 def _machine_still(data: dict[str, Any], broken: str) -> Figure:
     """Return the machine beside the map of one failure."""
-    figure, (stages, ax) = plt.subplots(
-        2, 1, figsize=(5.6, 9.6), height_ratios=(6.2, 3.4), layout="constrained"
-    )
+    figure, (stages, ax) = plt.subplots(2, 1, figsize=(5.6, 9.6), height_ratios=(6.2, 3.4))
     draw_stages(stages)
     outcome = data["outcomes"][broken]
     for poses, look in ((data["truth"], ":"), (outcome["poses"], "-")):
@@ -109,5 +95,4 @@ def _machine_still(data: dict[str, Any], broken: str) -> Figure:
     ax.set_aspect("equal")
     ax.set_axis_off()
     figure.legend(loc="outside lower center", ncols=2, fontsize=10)
-    plt.close(figure)
     return figure

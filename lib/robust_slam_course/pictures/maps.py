@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from robust_slam.consistency import pcm
-from robust_slam.drawing import draw_map, map_legend
+from robust_slam.drawing import draw_map
 from robust_slam.estimators import chi_square_threshold, gnc, switchable
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.metrics import align
 from robust_slam.graphs.outliers import add_aliased_closures
-from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.pictures.graphs import Array, graph_data
+from robust_slam_course.pictures.graphs import Array, graph_data, map_still, with_wrong
 from robust_slam_course.plots.consistency import draw_consistency
-from robust_slam_course.plots.opening import Town, draw_opening, three_maps
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.plots.opening import draw_opening, three_maps
+from robust_slam_course.quiz import ask
 from robust_slam_course.style import figure_style
 
 # No two of these ends stand at one crossing of the town, so that each can be taken hold of.
@@ -32,35 +33,24 @@ _LONE = [
 _AGREEING = 9  # wrong closures (i, j), (i + 1, j + 1), … that follow from one displacement
 
 
-def opening(poses: int = 60) -> Picture:
-    """Return the opening map: a town of so many poses, its closures, and a wrong one to move."""
-    size = {"side": round(poses**0.5), "closures": poses // 6}
-    graph, truth = manhattan(poses, np.random.default_rng(3), turn=0.4, **size)
-    wrong = [[poses // 10, 7 * poses // 10 - 1]]
-    # As precise as the correct closures: nothing but the other edges contradicts it.
-    information = graph.information[~graph.is_odometry][0]
+def opening() -> Picture:
+    """Return the opening map: a town, its correct closures, and a wrong one to move."""
+    graph, truth = manhattan(60, np.random.default_rng(3), side=8, turn=0.4, closures=10)
+    wrong = [[6, 41]]
     return Picture(
         name="opening",
         title="One wrong loop closure folds the map",
-        question=Question(
+        question=ask(
             "How much of the map does one wrong closure (dashed) bend?",
-            [
-                Option(
-                    "its two ends",
-                    "Least squares spreads the error over all edges that are on a cycle with it,"
-                    " 64 of the other 69.",
-                ),
-                Option(
-                    "the path between",
-                    "Correct closures pass the error on to 64 of the other 69 edges.",
-                ),
-                Option(
-                    "nearly all",
-                    "Correct closures tie the streets together, so 64 of the other 69 edges are on"
-                    " a cycle with it.",
-                    correct=True,
-                ),
-            ],
+            {
+                "its two ends": "Least squares spreads the error over all edges that are on a"
+                " cycle with it, 64 of the other 69.",
+                "the path between": "Correct closures pass the error on to 64 of the other 69"
+                " edges.",
+                "nearly all": "Correct closures tie the streets together, so 64 of the other 69"
+                " edges are on a cycle with it.",
+            },
+            right="nearly all",
         ),
         tries=[
             "reject outliers, and drag again. Then add more wrong closures: how many of them stay"
@@ -71,17 +61,8 @@ def opening(poses: int = 60) -> Picture:
         state={"robust": False, "wrong": wrong},
         answer={"robust": True},
         data=graph_data(graph, truth),
-        still=draw_opening(_three_maps(graph, truth, wrong, information)),
+        still=draw_opening(three_maps(graph, *with_wrong(graph, wrong), truth)),
     )
-
-
-def _three_maps(
-    correct: PoseGraph, truth: Array, wrong: list[list[int]], information: Array
-) -> Town:
-    """Return the maps of the first state."""
-    graph = with_closures(correct, wrong, np.zeros((1, 3)), information[None])
-    is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
-    return three_maps(correct, graph, is_outlier, truth)
 
 
 def cycles() -> Picture:
@@ -89,31 +70,20 @@ def cycles() -> Picture:
     town, truth = manhattan(100, np.random.default_rng(2), side=9, turn=0.25, closures=12)
     places = {"town": (town, truth, 0.4), "pentagon": (*_pentagon(), 0.5)}
     joins = {"town": [[36, 69]], "pentagon": [[0, 2]]}
+    folded, is_outlier = with_wrong(town, joins["town"])
     return Picture(
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
-        question=Question(
+        question=ask(
             "Without the correct closures, how many of the 99 odometry edges are still bent?",
-            [
-                Option(
-                    "0",
-                    "The 33 steps between its ends form a cycle with it, and they contradict it.",
-                ),
-                Option(
-                    "33",
-                    "Only the 33 steps between its ends form a cycle with it.",
-                    correct=True,
-                ),
-                Option(
-                    "66",
-                    "The other 66 steps are outside its ends, where nothing contradicts it.",
-                ),
-                Option(
-                    "99",
-                    "Outside its ends nothing contradicts it; only the 33 steps between them form"
-                    " a cycle with it.",
-                ),
-            ],
+            {
+                "0": "The 33 steps between its ends form a cycle with it, and they contradict it.",
+                "33": "Only the 33 steps between its ends form a cycle with it.",
+                "66": "The other 66 steps are outside its ends, where nothing contradicts it.",
+                "99": "Outside its ends nothing contradicts it; only the 33 steps between them"
+                " form a cycle with it.",
+            },
+            right="33",
         ),
         tries=[
             "drag an end of the dashed closure, and make its σ small: which edges look worse than"
@@ -130,7 +100,7 @@ def cycles() -> Picture:
             name: {**graph_data(graph, poses), "turn": turn}
             for name, (graph, poses, turn) in places.items()
         },
-        still=_folded_town(town, truth, joins["town"]),
+        still=map_still(folded, PoseGraphProblem(folded).initial(), truth, is_outlier),
     )
 
 
@@ -146,19 +116,6 @@ def _pentagon() -> tuple[PoseGraph, Array]:
     return PoseGraph(5, edges, np.tile(step, (5, 1)), information, sigma == 0.1), truth
 
 
-def _folded_town(correct: PoseGraph, truth: Array, joins: list[list[int]]) -> Figure:
-    """Return the least-squares map of a town with the wrong closures ``joins``."""
-    information = correct.information[~correct.is_odometry][:1]
-    graph = with_closures(correct, joins, np.zeros((1, 3)), information)
-    is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
-    poses = PoseGraphProblem(graph).initial()
-    with figure_style():
-        figure = Figure(figsize=(5.0, 3.6), layout="constrained")
-        draw_map(graph, poses, figure.subplots(), is_outlier=is_outlier, truth=truth)
-        figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
-    return figure
-
-
 def showcase() -> Picture:
     """Return three estimators side by side on a map with wrong closures that the reader moves."""
     graph, truth = _drive()
@@ -166,26 +123,17 @@ def showcase() -> Picture:
     return Picture(
         name="showcase",
         title="Nine wrong closures, three estimators",
-        question=Question(
+        question=ask(
             "Do switches and GNC keep nine wrong closures that agree, against ten correct ones?",
-            [
-                Option(
-                    "never",
-                    "This is no vote: with the diamond at pose 3, both keep all nine from least"
-                    " squares.",
-                ),
-                Option(
-                    "from some starts",
-                    "With the diamond at pose 3, both keep all nine from least squares, none from"
-                    " odometry.",
-                    correct=True,
-                ),
-                Option(
-                    "always",
-                    "From odometry both keep none: what fits depends on the map at which they"
-                    " begin.",
-                ),
-            ],
+            {
+                "never": "This is no vote: with the diamond at pose 3, both keep all nine from"
+                " least squares.",
+                "from some starts": "With the diamond at pose 3, both keep all nine from least"
+                " squares, none from odometry.",
+                "always": "From odometry both keep none: what fits depends on the map at which"
+                " they begin.",
+            },
+            right="from some starts",
         ),
         tries=[
             "drag the diamond to where the drive begins: do the switches and GNC follow the nine"
@@ -210,23 +158,14 @@ def starts() -> Picture:
         name="starts",
         script="showcase",
         title="The start decides which closures fit",
-        question=Question(
+        question=ask(
             "From least squares GNC uses 3 of 10 correct closures. How many from odometry?",
-            [
-                Option(
-                    "3",
-                    "In the shape of the odometry, it is the wrong closures that do not fit.",
-                ),
-                Option(
-                    "7",
-                    "So many it uses from least squares with the diamond at pose 9.",
-                ),
-                Option(
-                    "all ten",
-                    "No closure has bent the odometry, so the correct ones fit it first.",
-                    correct=True,
-                ),
-            ],
+            {
+                "3": "In the shape of the odometry, it is the wrong closures that do not fit.",
+                "7": "So many it uses from least squares with the diamond at pose 9.",
+                "all ten": "No closure has bent the odometry, so the correct ones fit it first.",
+            },
+            right="all ten",
         ),
         tries=[
             "start from odometry and drag the diamond along the drive. Does any method follow?",
@@ -247,14 +186,13 @@ def _drive() -> tuple[PoseGraph, Array]:
     return manhattan(60, np.random.default_rng(6), side=6, turn=0.35, closures=10)
 
 
+@figure_style()
 def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Figure:
     """Return the maps of least squares, switchable constraints and GNC side by side."""
-    information = correct.information[~correct.is_odometry][:1].repeat(_AGREEING, axis=0)
     i, j = edges = np.array(wrong)[:, None] + np.arange(_AGREEING)
     displacement = se2.compose(truth[i[:1]], se2.inverse(truth[j[:1]]))
     measured = se2.between(truth[i], se2.compose(displacement, truth[j]))
-    graph = with_closures(correct, edges.T, measured, information)
-    is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
+    graph, is_outlier = with_wrong(correct, edges.T, measured)
     problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
     c = chi_square_threshold(0.99, 3)
     squares = problem.initial()
@@ -265,13 +203,11 @@ def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Fig
         ("switches", switched.x, switched.weights),
         ("GNC", robust.x, robust.weights),
     )
-    with figure_style():
-        figure = Figure(figsize=(6.0, 2.4), layout="constrained")
-        axes = figure.subplots(1, 3, sharex=True, sharey=True)
-        for ax, (name, poses, weights) in zip(axes, answers, strict=True):
-            placed = align(poses, truth)
-            draw_map(graph, placed, ax, is_outlier=is_outlier, weights=weights, truth=truth)
-            ax.set_title(name)
+    figure, axes = plt.subplots(1, 3, sharex=True, sharey=True, figsize=(6.0, 2.4))
+    for ax, (name, poses, weights) in zip(axes, answers, strict=True):
+        placed = align(poses, truth)
+        draw_map(graph, placed, ax, is_outlier=is_outlier, weights=weights, truth=truth)
+        ax.set_title(name)
     return figure
 
 
@@ -285,25 +221,18 @@ def consistency() -> Picture:
     return Picture(
         name="consistency",
         title="Who agrees with whom",
-        question=Question(
+        question=ask(
             "How many of the nine outliers must go before PCM is sure to keep the eight inliers?",
-            [
-                Option(
-                    "none",
-                    "PCM only counts: nine that agree outvote eight, whichever of them are right.",
-                ),
-                Option(
-                    "one",
-                    "With eight against eight both sets are largest, and which one is found is"
-                    " arbitrary.",
-                ),
-                Option(
-                    "two",
-                    "PCM only counts: eight against eight is undecided, and eight outvote seven.",
-                    correct=True,
-                ),
-                Option("all nine", "A majority is enough: eight that agree outvote seven."),
-            ],
+            {
+                "none": "PCM only counts: nine that agree outvote eight, whichever of them are"
+                " right.",
+                "one": "With eight against eight both sets are largest, and which one is found is"
+                " arbitrary.",
+                "two": "PCM only counts: eight against eight is undecided, and eight outvote"
+                " seven.",
+                "all nine": "A majority is enough: eight that agree outvote seven.",
+            },
+            right="two",
         ),
         tries=[
             "drag an end of the nine over the map. Where do the switches find the inliers,"
@@ -328,16 +257,15 @@ def consistency() -> Picture:
     )
 
 
+@figure_style()
 def _agreement(graph: PoseGraph, is_outlier: NDArray[np.bool_], truth: Array) -> Figure:
     """Return the map of the closures that agree, and the graph of their agreement."""
     answer = pcm(graph, chi_square_threshold(0.99, 3))
     poses = align(PoseGraphProblem(select(graph, answer.kept)).initial(), truth)
     outlying = is_outlier[answer.closures]
     nameless = [""] * len(outlying)
-    with figure_style():
-        figure = Figure(figsize=(6.0, 3.0), layout="constrained")
-        left, ring = figure.subplots(1, 2)
-        draw_map(graph, poses, left, is_outlier=is_outlier, kept=answer.kept, truth=truth)
-        members = answer.clique.members
-        draw_consistency(ring, answer.adjacency, members, is_outlier=outlying, names=nameless)
+    figure, (left, ring) = plt.subplots(1, 2, figsize=(6.0, 3.0))
+    draw_map(graph, poses, left, is_outlier=is_outlier, kept=answer.kept, truth=truth)
+    members = answer.clique.members
+    draw_consistency(ring, answer.adjacency, members, is_outlier=outlying, names=nameless)
     return figure

@@ -13,7 +13,8 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.location import draw_landscape
 from robust_slam_course.plots.pulls import draw_line_fit, draw_pulls
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
+from robust_slam_course.style import figure_style
 
 _WALL = (1.0, 0.25)  # the wall of chapter 1 is 1 m + 0.25 m a place away
 _WALL_NOISE = [0.1, -0.2, 0.15, 0.05, -0.15, 0.2, -0.1, 0.1, 0.0, -0.1]
@@ -34,24 +35,17 @@ def leverage() -> Picture:
     return Picture(
         name="leverage",
         title="Ten readings pull on a line",
-        question=Question(
+        question=ask(
             "Under Cauchy’s kernel, how far above the line does a reading pull hardest?",
-            [
-                Option(
-                    "about ½ m",
-                    "The pull u/(1+u²/c²) is largest at u = c, which is 0.48 m above the fit.",
-                    correct=True,
-                ),
-                Option(
-                    "3 m",
-                    "Beyond u = c, 0.48 m above the fit, the pull falls again; at 3 m it is less"
-                    " than a third.",
-                ),
-                Option(
-                    "any from ½ m on",
-                    "Huber’s pull stays constant from there on; Cauchy’s falls beyond u = c.",
-                ),
-            ],
+            {
+                "about ½ m": "The pull u/(1+u²/c²) is largest at u = c, which is 0.48 m above the"
+                " fit.",
+                "3 m": "Beyond u = c, 0.48 m above the fit, the pull falls again; at 3 m it is"
+                " less than a third.",
+                "any from ½ m on": "Huber’s pull stays constant from there on; Cauchy’s falls"
+                " beyond u = c.",
+            },
+            right="about ½ m",
         ),
         tries=[
             "choose Cauchy and lower the reading until it pulls hardest. Then choose TLS and find"
@@ -76,6 +70,7 @@ def leverage() -> Picture:
     )  # fmt: skip
 
 
+@figure_style()
 def _wall_still(p: Array, y: Array, line: Array, pulls: Array) -> Figure:
     """Return the readings with the line by least squares, and the pulls beneath them."""
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(5.6, 4.6), sharex=True)
@@ -83,7 +78,6 @@ def _wall_still(p: Array, y: Array, line: Array, pulls: Array) -> Figure:
     upper.set(ylabel="distance y (m)")
     upper.legend(loc="upper left")
     draw_pulls(lower, p, pulls, p == _DOOR).set(xlabel="place p")
-    plt.close(figure)
     return figure
 
 
@@ -95,26 +89,17 @@ def majoriser() -> Picture:
     return Picture(
         name="majoriser",
         title="Each step goes to the lowest point of a parabola",
-        question=Question(
+        question=ask(
             "The steps begin at 7, next to the outlier at 5. Where do they end?",
-            [
-                Option(
-                    "near 5",
-                    "A step does not search nearby: the first goes past 5 to 3.75, where the"
-                    " parabola is lowest.",
-                ),
-                Option(
-                    "near 0",
-                    "The four inliers draw the first step past 5, to 3.75, and from there the cost"
-                    " falls towards 0.",
-                    correct=True,
-                ),
-                Option(
-                    "near 1, the mean",
-                    "The outlier has lost nearly all its weight by then, whereas the mean counts"
-                    " it fully.",
-                ),
-            ],
+            {
+                "near 5": "A step does not search nearby: the first goes past 5 to 3.75, where the"
+                " parabola is lowest.",
+                "near 0": "The four inliers draw the first step past 5, to 3.75, and from there"
+                " the cost falls towards 0.",
+                "near 1, the mean": "The outlier has lost nearly all its weight by then, whereas"
+                " the mean counts it fully.",
+            },
+            right="near 0",
         ),
         tries=[
             "move the start. Which of the starts between 0 and 7 end at the outlier? Compare 4.0"
@@ -135,11 +120,11 @@ def majoriser() -> Picture:
     )  # fmt: skip
 
 
+@figure_style()
 def _majoriser_still(z: list[float], sigma: float, start: float) -> Figure:
     """Return the cost of the readings and its majoriser at the start."""
     figure, ax = plt.subplots(figsize=(5.6, 3.6))
     draw_landscape(ax, z, sigma, KERNELS["cauchy"](1.0), np.linspace(-1, 7.5, 171), at=start)
     ax.set(ylim=(0, 18))
     ax.legend(loc="upper center", ncols=2)
-    plt.close(figure)
     return figure

@@ -8,12 +8,13 @@ from matplotlib.figure import Figure
 from robust_slam.estimators import chi_square_threshold
 from robust_slam.fleet import rounds
 from robust_slam.graphs.generate import manhattan
-from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+from robust_slam.graphs.pose_graph import PoseGraph, select
 
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.pictures.graphs import Array, graph_data
+from robust_slam_course.pictures.graphs import Array, graph_data, with_wrong
 from robust_slam_course.plots.robots import draw_robots
-from robust_slam_course.quiz import Option, Question
+from robust_slam_course.quiz import ask
+from robust_slam_course.style import figure_style
 
 _EACH = 20  # poses of a robot
 _MEETING = [[52, 12]]
@@ -24,8 +25,9 @@ def robots() -> Picture:
     graph, truth, labels = _three_robots()
     between = np.ptp(labels[graph.edges], axis=1) > 0
     with_c = np.flatnonzero(between & (labels[graph.edges] == 2).any(axis=1))
-    information = graph.information[~graph.is_odometry][0]
-    spoiled = _meeting(graph, with_c, information)
+    joined, _ = with_wrong(graph, _MEETING)
+    # Robot C shares the wrong closure alone, which comes last.
+    spoiled = select(joined, ~np.isin(np.arange(len(joined.edges)), with_c))
     c = chi_square_threshold(0.99, 3)
     first = rounds.solve(spoiled, labels, c, max_rounds=60, tol=1e-3).rounds[0]
     far = np.linalg.norm((first.poses - truth)[:, :2], axis=1)
@@ -33,25 +35,16 @@ def robots() -> Picture:
     return Picture(
         name="robots",
         title="Three robots agree on one map",
-        question=Question(
+        question=ask(
             "How many correct closures of C are enough to expose its wrong one?",
-            [
-                Option(
-                    "none",
-                    "As long as it is alone nothing contradicts it, and its residual is 0.",
-                ),
-                Option(
-                    "one",
-                    "With one correct closure there is one vote each; here the wrong one stays,"
-                    " because C has aligned its map by it.",
-                ),
-                Option(
-                    "two",
-                    "Two that are correct agree, whereas with only one there is one vote each.",
-                    correct=True,
-                ),
-                Option("all eight", "The first two already agree against it."),
-            ],
+            {
+                "none": "As long as it is alone nothing contradicts it, and its residual is 0.",
+                "one": "With one correct closure there is one vote each; here the wrong one stays,"
+                " because C has aligned its map by it.",
+                "two": "Two that are correct agree, whereas with only one there is one vote each.",
+                "all eight": "The first two already agree against it.",
+            },
+            right="two",
         ),
         tries=[
             "give C exactly one correct closure. Which of the two is rejected, and could a robot"
@@ -84,18 +77,12 @@ def _three_robots() -> tuple[PoseGraph, Array, np.ndarray]:
     return select(graph, ~(graph.is_odometry & parted)), truth, labels
 
 
-def _meeting(graph: PoseGraph, with_c: np.ndarray, wrong: Array) -> PoseGraph:
-    """Return the graph where robot C shares the wrong closure alone, which comes last."""
-    joined = with_closures(graph, _MEETING, np.zeros((1, 3)), wrong[None])
-    return select(joined, ~np.isin(np.arange(len(joined.edges)), with_c))
-
-
+@figure_style()
 def _robots_still(spoiled: PoseGraph, labels: np.ndarray, shown: rounds.Round) -> Figure:
     """Return a round of the robots' exchange."""
     is_outlier = np.arange(len(spoiled.edges)) == len(spoiled.edges) - 1
-    figure, ax = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
+    figure, ax = plt.subplots(figsize=(5.0, 4.4))
     draw_robots(ax, spoiled, shown.poses, labels, shown.weights, is_outlier=is_outlier)
     for name, pose in zip("ABC", shown.poses[::_EACH], strict=True):
         ax.annotate(f"robot {name}", pose[:2], (6, 6), textcoords="offset points")
-    plt.close(figure)
     return figure
