@@ -48,13 +48,8 @@ from robust_slam.certificates.chordal import (
 )
 from robust_slam.certificates.newton import Stop, descend, poses_like
 from robust_slam.certificates.tangent import stationarity
-from robust_slam.descent.sparse.pattern import (
-    BlockPattern,
-    PoseFactors,
-    find_pattern,
-    pieces_of,
-)
-from robust_slam.errors import Underdetermined
+from robust_slam.descent.sparse.pattern import BlockPattern, PoseFactors, find_pattern
+from robust_slam.errors import singular
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 
 STATIONARY = 1e-9
@@ -285,7 +280,7 @@ class _CertificateMatrix:
         s = np.concatenate([anchor, certificate_blocks(problem, blocks)])
         pattern = find_pattern(problem.n + 1, np.concatenate([[[0, 1]], problem.edges + 1]), width)
         multipliers = problem.edge_blocks - s[1:]
-        return cls(pattern, pattern.sum(pieces_of(s)), 2.0 * float(np.abs(multipliers).sum()))
+        return cls(pattern, pattern.sum_edges(s), 2.0 * float(np.abs(multipliers).sum()))
 
     def factorise(self, eta: float | Array) -> PoseFactors | None:
         """Return the factors of S + diag(η, 0), or None if it is not positive definite.
@@ -329,10 +324,7 @@ def _bracket(s: _CertificateMatrix, least: float) -> tuple[float, PoseFactors]:
     below, shift = least, least
     while s.factorise(shift) is None:
         if shift > s.ceiling:
-            raise Underdetermined(
-                "the certificate matrix is singular to working precision: some edges weigh "
-                "almost nothing beside the others; give such edges weight 0"
-            )
+            raise singular("the certificate matrix is")
         below, shift = shift, 100.0 * shift
     while shift > 4.0 * below:
         middle = float(np.sqrt(below * shift))

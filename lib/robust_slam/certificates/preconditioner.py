@@ -37,10 +37,9 @@ from robust_slam.descent.sparse.pattern import (
     PoseFactors,
     find_pattern,
     free_elimination,
-    pieces_of,
     sum_by_pose,
 )
-from robust_slam.errors import Underdetermined
+from robust_slam.errors import singular
 
 Operator = Callable[[Array], Array]
 """A linear map of tangent vectors ``(n, r, d + 1)`` that are 0 at pose 0."""
@@ -116,15 +115,12 @@ class Systems:
             if inverse is not None:
                 return inverse
             self._level += 1
-        raise Underdetermined(
-            "the chordal problem is singular to working precision: some edges weigh almost "
-            "nothing beside the others; give such edges weight 0 or trust more edges"
-        )
+        raise singular("the chordal problem is")
 
     def _inverse(self, blocks: Array, matrix: Array) -> Operator | None:
         """Return the inverse of a matrix of edge blocks, None if not positive definite."""
         if self._whole:
-            factors = self._pattern.factorise(self._pattern.sum(pieces_of(matrix)))
+            factors = self._pattern.factorise(self._pattern.sum_edges(matrix))
             return None if factors is None else _projected(blocks, factors)
         basis = tangent_basis(blocks)
         factors = self._pattern.factorise(restricted(self.problem, self._pattern, matrix, basis))
@@ -159,10 +155,7 @@ def _position_factors(problem: ChordalProblem, pattern: BlockPattern) -> PoseFac
     """
     d = problem.d
     own = np.ascontiguousarray(problem.edge_blocks[..., d:, d:])
-    factors = pattern.factorise(pattern.sum(pieces_of(own)))
+    factors = pattern.factorise(pattern.sum_edges(own))
     if factors is None:
-        raise Underdetermined(
-            "the positions are singular to working precision: some edges weigh almost "
-            "nothing beside the others; give such edges weight 0 or trust more edges"
-        )
+        raise singular("the positions are")
     return factors

@@ -22,7 +22,7 @@ from robust_slam.certificates.chordal import (
     edge_gradients,
     lifted_cost,
 )
-from robust_slam.descent.sparse.pattern import BlockPattern, pieces_of, sum_by_pose
+from robust_slam.descent.sparse.pattern import BlockPattern, sum_by_pose
 from robust_slam.graphs.rotations import nearest_stiefel
 
 
@@ -130,4 +130,4 @@ def restricted(
     flat = ends.reshape(-1, 2, 1, p * r, width) @ matrix
     flat = flat.reshape(-1, 2, 2, p, r * width)
     pairs = flat @ np.swapaxes(ends.reshape(-1, 1, 2, p, r * width), -1, -2)
-    return pattern.sum(pieces_of(pairs))
+    return pattern.sum_edges(pairs)

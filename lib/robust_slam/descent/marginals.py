@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, pose_numbers
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.errors import Underdetermined
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 
 _COLUMNS = 60
@@ -100,13 +99,7 @@ def _columns(
     """Yield slices of the poses ``chosen`` ``(p,)``, and their columns ``(n, D, c, D)`` of H⁻¹."""
     x, w = check_poses("poses", poses, graph), check_weights(weights, graph)
     equations, w = NormalEquations(graph).restricted(w)
-    hessian, _ = equations.system(equations.at(x, w))
-    factors = equations.pattern.factorise(hessian)
-    if factors is None:
-        raise Underdetermined(
-            "the normal equations are singular to working precision: some edges weigh almost "
-            "nothing beside the others; give such edges weight 0 or trust more edges"
-        )
+    factors, _ = equations.factorise(equations.at(x, w))
     size = graph.group.DOF
     for first in range(0, chosen.size, _COLUMNS // size):
         part = chosen[first : first + _COLUMNS // size]

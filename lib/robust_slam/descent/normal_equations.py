@@ -11,9 +11,14 @@ import numpy as np
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent.sparse.choice import use_compiled
-from robust_slam.descent.sparse.pattern import BlockPattern, find_pattern, sum_by_pose
+from robust_slam.descent.sparse.pattern import (
+    BlockPattern,
+    PoseFactors,
+    find_pattern,
+    sum_by_pose,
+)
 from robust_slam.descent.step import Linearisation, Residuals, retract
-from robust_slam.errors import Underdetermined
+from robust_slam.errors import singular
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 
@@ -84,7 +89,19 @@ class NormalEquations:
         Raises:
             Underdetermined: the matrix is singular to working precision.
         """
-        return self.minimise(*self.system(linearisation))
+        return self._minimise(*self.system(linearisation), None)
+
+    def factorise(self, linearisation: Linearisation) -> tuple[PoseFactors, Array]:
+        """Return the factors of H, and the gradient ``(n, D)``, as in ``system``.
+
+        Raises:
+            Underdetermined: the matrix is singular to working precision.
+        """
+        hessian, gradient = self.system(linearisation)
+        factors = self.pattern.factorise(hessian)
+        if factors is None:
+            raise singular("the normal equations are")
+        return factors, gradient
 
     def damped_step(self, hessian: Array, gradient: Array, damping: float) -> tuple[Array, float]:
         """Return the δ ``(n, D)`` with (H + S) δ = −g, and the decrease of the linearised cost.
@@ -98,23 +115,14 @@ class NormalEquations:
         Source: Nielsen 1999, the denominator of the gain ratio.
         """
         shift = damping * self.pattern.diagonal(hessian)
-        step = self.minimise(hessian, gradient, shift if damping else None)
+        step = self._minimise(hessian, gradient, shift if damping else None)
         return step, 0.5 * float(np.sum(step * (shift * step - gradient)))
 
-    def minimise(self, hessian: Array, gradient: Array, shift: Array | None = None) -> Array:
-        """Return the δ ``(n, D)`` with (H + diag(shift)) δ = −g; row 0 is 0.
-
-        H and g are from ``system`` or ``assemble``, ``shift`` is ``(n, D)``.
-
-        Raises:
-            Underdetermined: the matrix is singular to working precision.
-        """
+    def _minimise(self, hessian: Array, gradient: Array, shift: Array | None) -> Array:
+        """Return the δ ``(n, D)`` with (H + diag(shift)) δ = −g; row 0 is 0."""
         step = self.pattern.solve(hessian, -gradient, shift)
-        if step is None or not np.all(np.isfinite(step)):
-            raise Underdetermined(
-                "the normal equations are singular to working precision: some edges weigh "
-                "almost nothing beside the others; give such edges weight 0 or trust more edges"
-            )
+        if step is None:
+            raise singular("the normal equations are")
         return step
 
     def system(self, linearisation: Linearisation) -> tuple[Array, Array]:

@@ -12,13 +12,8 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, times
 from robust_slam.descent.sparse.elimination import Elimination
-from robust_slam.descent.sparse.pattern import (
-    find_pattern,
-    free_elimination,
-    pieces_of,
-    sum_by_pose,
-)
-from robust_slam.errors import Underdetermined
+from robust_slam.descent.sparse.pattern import find_pattern, free_elimination, sum_by_pose
+from robust_slam.errors import singular
 from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.pose_graph import PoseGraph, check_weights
 from robust_slam.graphs.rotations import nearest_rotations
@@ -85,12 +80,9 @@ def _minimise(edges: Indices, blocks: Array, gradient: Array, elimination: Elimi
     of ``gradient`` ``(2, m, b, c)``.
     """
     pattern = find_pattern(elimination.order.size + 1, edges, blocks.shape[-1], elimination)
-    matrix = pattern.sum(pieces_of(blocks))
+    matrix = pattern.sum_edges(blocks)
     factors = pattern.factorise(matrix)
     # A pivot this small relative to its diagonal entry is 0 up to rounding.
     if factors is None or np.any(factors.pivots[1:] <= _SINGULAR * pattern.diagonal(matrix)[1:]):
-        raise Underdetermined(
-            "the chordal problem is singular to working precision: some edges weigh almost "
-            "nothing beside the others; give such edges weight 0 or trust more edges"
-        )
+        raise singular("the chordal problem is")
     return factors.solve(-sum_by_pose(pattern.n, edges, gradient))

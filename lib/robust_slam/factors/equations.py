@@ -89,9 +89,7 @@ class FactorEquations:
     def step(self, hessian: Array, gradient: Array, shift: Array) -> Array | None:
         """Return the δ ``(n + l, D)`` with (H + diag(shift)) δ = −g, or None if H is singular."""
         step = self.pattern.solve(hessian, -gradient, shift)
-        if step is None or not np.all(np.isfinite(step)):
-            return None
-        return np.asarray(step[self.held :])
+        return None if step is None else np.asarray(step[self.held :])
 
     def cost(self, x: Array, weights: Array) -> float:
         """Return ½ Σ w u² of a map ``(n + l, …)`` with ``weights`` ``(m,)``."""

@@ -18,7 +18,6 @@ import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask, times
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.errors import Underdetermined
 from robust_slam.graphs.pose_graph import PoseGraph, jacobians, residuals, rows_of, select
 
 
@@ -47,13 +46,7 @@ class Window:
     def __init__(self, graph: PoseGraph, poses: Array, kept: Mask) -> None:
         equations = NormalEquations(select(graph, kept))
         here = equations.at(poses, np.ones(len(equations.graph.edges)))
-        hessian, gradient = equations.system(here)
-        factors = equations.pattern.factorise(hessian)
-        if factors is None:
-            raise Underdetermined(
-                "the normal equations are singular to working precision: some edges weigh almost "
-                "nothing beside the others; remove such edges"
-            )
+        factors, gradient = equations.factorise(here)
         self._factors, self._start, self._kept = factors, poses.copy(), kept.copy()
         self._mean = factors.solve(-gradient[..., None])[..., 0]
         self._place: dict[int, int] = {}

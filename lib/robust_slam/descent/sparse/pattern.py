@@ -83,6 +83,13 @@ class BlockPattern:
         total = self.onto @ pieces.reshape(-1, self.block**2)
         return np.asarray(total).reshape(-1, self.block, self.block)
 
+    def sum_edges(self, blocks: Array) -> Array:
+        """Return the filled blocks of symmetric edge blocks ``(m, 2, 2, block, block)``.
+
+        They are indexed by the ends of rows and of columns.
+        """
+        return self.sum(np.stack([blocks[:, 0, 0], blocks[:, 1, 1], blocks[:, 0, 1]]))
+
     def diagonal(self, blocks: Array) -> Array:
         """Return the diagonal of the matrix ``(n, block)``; that of pose 0 is 0."""
         return self._by_pose(np.einsum("kaa->ka", blocks[self.row == self.column]))
@@ -101,13 +108,15 @@ class BlockPattern:
     def solve(self, blocks: Array, right: Array, shift: Array | None = None) -> Array | None:
         """Factorise and solve as ``PoseFactors.solve`` does, or return None.
 
-        ``right`` is ``(n, block, …)``. None means that the matrix is not positive definite.
-        This is faster than two separate calls.
+        ``right`` is ``(n, block, …)``. None means that the matrix is not positive definite, or
+        so nearly that the solution overflows. This is faster than two separate calls.
         """
         chosen = right[self.order]
         flat = chosen.reshape(*chosen.shape[:2], -1)
         solved = self.method.solve(self._shifted(blocks, shift), flat)
-        return None if solved is None else self._by_pose(solved.reshape(chosen.shape))
+        if solved is None or not np.all(np.isfinite(solved)):
+            return None
+        return self._by_pose(solved.reshape(chosen.shape))
 
     def _shifted(self, blocks: Array, shift: Array | None) -> Array:
         if shift is None:
@@ -212,14 +221,6 @@ def sum_by_pose(n: int, edges: Indices, values: Array) -> Array:
     columns = values.reshape(ends.size, -1).T
     total = np.stack([np.bincount(ends, column, n) for column in columns], axis=-1)
     return np.asarray(total.reshape(n, *values.shape[2:]))
-
-
-def pieces_of(blocks: Array) -> Array:
-    """Return symmetric edge blocks as the pieces ``(3, m, b, b)`` that ``sum`` takes.
-
-    ``blocks`` ``(m, 2, 2, b, b)`` are indexed by the ends of rows and of columns.
-    """
-    return np.stack([blocks[:, 0, 0], blocks[:, 1, 1], blocks[:, 0, 1]])
 
 
 def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, csr_array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from robust_slam.descent.sparse.choice import has_numba
-from robust_slam.descent.sparse.pattern import find_pattern, pieces_of
+from robust_slam.descent.sparse.pattern import find_pattern
 
 from tests.conftest import leave_out
 
@@ -33,7 +33,7 @@ def edge_blocks(m, block, rng):
 
 
 def summed(pattern, blocks):
-    return pattern.sum(pieces_of(blocks))
+    return pattern.sum_edges(blocks)
 
 
 def dense(n, edges, blocks):
