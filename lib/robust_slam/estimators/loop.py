@@ -17,6 +17,7 @@ import numpy as np
 
 from robust_slam._arrays import Array, Mask
 from robust_slam._deadline import Deadline
+from robust_slam.descent.step import check_limits
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -155,7 +156,7 @@ def reweight(
     Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4; Yang et al. 2020.
     """
     problem, x0, tol = prepare(problem, x0, tol, 1e-12)
-    _check_limits(tol, max_iterations)
+    check_limits(tol, max_iterations)
     deadline = Deadline.after(max_seconds)
     x = problem.initial() if x0 is None else x0
     norms = _start_norms(problem, x)
@@ -226,13 +227,6 @@ def settle(
 
 def _moved(before: Array, norms: Array) -> Array:
     return np.asarray(np.abs(norms - before) / (1.0 + before))
-
-
-def _check_limits(tol: float, max_iterations: int) -> None:
-    if not tol >= 0.0:
-        raise ValueError(f"tol is {tol}; give a number of at least 0")
-    if max_iterations < 1:
-        raise ValueError(f"max_iterations is {max_iterations}; give at least 1")
 
 
 def _start_norms(problem: Problem[X], x: X) -> Array:
