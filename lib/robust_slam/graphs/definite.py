@@ -6,7 +6,7 @@ al. 2019, the appendix on concentration parameters, for one precision of each ki
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -27,9 +27,6 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     for the rotation, the harmonic mean of the positive eigenvalues of each block. A matrix
     cannot be repaired if its block of positions or of rotations has no positive eigenvalue.
 
-    Raises:
-        ValueError: ``repair`` is neither word.
-
     Source: Higham 1988, Theorem 2.1; Rosen et al. 2019, the appendix on
     concentration parameters.
 
@@ -37,8 +34,6 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     >>> definite(matrix, "isotropic")[0][0].diagonal().tolist()
     [4.0, 4.0, 9.0]
     """
-    if repair not in get_args(Repair):
-        raise ValueError(f"repair is {repair!r}; give 'nearest' or 'isotropic'")
     d = 2 if information.shape[-1] == 3 else 3
     blocks = information[:, :d, :d], information[:, d:, d:]
     spectra = [np.linalg.eigvalsh(block) for block in blocks]

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, finite, mask, pose_numbers
 from robust_slam.graphs.group import Group, group_of
+from robust_slam.graphs.rotations import nearest_rotations
 
 
 def precision_recall(kept: ArrayLike, true: ArrayLike) -> tuple[float, float]:
@@ -50,10 +51,7 @@ def align(estimate: ArrayLike, truth: ArrayLike) -> Array:
     position, goal = group.translation(estimate), group.translation(truth)
     from_centre, to_centre = position.mean(axis=0), goal.mean(axis=0)
     # The optimal rotation maximises tr(R Σ a bᵀ), a and b being the centred positions.
-    u, _, vt = np.linalg.svd((goal - to_centre).T @ (position - from_centre))
-    reflected = np.linalg.det(u) * np.linalg.det(vt) < 0.0
-    u[:, -1] *= -1.0 if reflected else 1.0
-    rotation = u @ vt
+    rotation = nearest_rotations((goal - to_centre).T @ (position - from_centre))
     motion = group.from_parts(rotation, to_centre - rotation @ from_centre)
     return group.compose(motion, estimate)
 

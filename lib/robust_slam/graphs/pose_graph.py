@@ -263,16 +263,20 @@ def connected_parts(n: int, edges: Indices) -> Indices:
     return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.intp)
 
 
+def deviations(graph: PoseGraph) -> tuple[Array, Array]:
+    """Return what edges claim for a coordinate (m) and an axis (rad), ``(m,)`` each."""
+    d = graph.group.DIMENSION
+    variances = np.diagonal(np.linalg.inv(graph.information), axis1=1, axis2=2)
+    return np.sqrt(variances[:, :d].mean(axis=1)), np.sqrt(variances[:, d:].mean(axis=1))
+
+
 def _described(graph: PoseGraph, chosen: Mask) -> str:
     """Return the number of the ``chosen`` edges with their typical standard deviations."""
-    count = int(np.sum(chosen))
-    if count == 0:
+    if not np.any(chosen):
         return "0"
-    d = graph.group.DIMENSION
-    variances = np.diagonal(np.linalg.inv(graph.information[chosen]), axis1=1, axis2=2)
-    metres = np.median(np.sqrt(variances[:, :d].mean(axis=1)))
-    degrees = np.degrees(np.median(np.sqrt(variances[:, d:].mean(axis=1))))
-    return f"{count:,}, each within about {metres:.3g} m and {degrees:.3g}°"
+    metres, radians = (np.median(sigma[chosen]) for sigma in deviations(graph))
+    words = f"each within about {metres:.3g} m and {np.degrees(radians):.3g}°"
+    return f"{int(np.sum(chosen)):,}, {words}"
 
 
 def check_graph(graph: PoseGraph) -> PoseGraph:

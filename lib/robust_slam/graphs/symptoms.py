@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Indices
 from robust_slam._words import counted
 from robust_slam.graphs.graph_file import Names
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, deviations
 
 _BLIND = np.pi / np.sqrt(3.0)
 """The deviation (rad) of a direction about which nothing is known: uniform from -π to π."""
@@ -41,13 +41,6 @@ def symptoms(graph: PoseGraph, names: Names) -> tuple[str, ...]:
     'the matrices claim a deviation of 100 ra'
     """
     return (*_covariances(graph), *_strange_steps(graph, names), *_steps_back(graph, names))
-
-
-def deviations(graph: PoseGraph) -> tuple[Array, Array]:
-    """Return what edges claim for a coordinate (m) and an axis (rad), ``(m,)`` each."""
-    d = graph.translation.shape[1]
-    variances = np.diagonal(np.linalg.inv(graph.information), axis1=1, axis2=2)
-    return np.sqrt(variances[:, :d].mean(axis=1)), np.sqrt(variances[:, d:].mean(axis=1))
 
 
 def _covariances(graph: PoseGraph) -> tuple[str, ...]:

@@ -56,11 +56,6 @@ def test_isotropic_is_one_number_for_each_kind_of_coordinate():
     np.testing.assert_allclose(definite(given, "isotropic")[0][0], np.diag(expected))
 
 
-def test_an_unknown_word_is_refused():
-    with pytest.raises(ValueError, match="repair is 'best'"):
-        definite(np.eye(3)[None], "best")
-
-
 @pytest.fixture
 def file(tmp_path):
     """A file with a third of the information matrices indefinite, and its graph without that."""
