@@ -3,6 +3,11 @@
 A table of sentences becomes a list of cards where the window is narrow: each cell then shows the
 name of its column, and the roles say that it still is a table. A citation that is pointed at, or
 that the keyboard has reached, shows what is cited.
+
+On the cheat sheet each row of a table is a card, and chips lead to the lessons. Its tables stand
+in a ``{div}`` of the class ``rs-sheet``, and have a lesson and an idea in each row, or an idea and
+its chapters, and in the cell of the idea a name and, after a ``<br>``, a formula. Where no lesson
+is named it is the one in the heading, and there the symbols have the course's colours.
 """
 
 from __future__ import annotations
@@ -13,6 +18,8 @@ from typing import Any
 from bs4 import BeautifulSoup, Tag
 from docutils import nodes
 from sphinx.application import Sphinx
+
+from . import TEMPLATES
 
 COLUMNS, LETTERS, SHORT = 3, 80, 26
 """From how many columns, and letters in the longest cells of a row, a table becomes cards; up to
@@ -30,6 +37,11 @@ TOGETHER = re.compile(
     r"|(?<=\w) (?=[=≤≥<>≈−] \S)|(?<=\w [=≤≥<>≈−]) "
 )
 """A space between a number and its unit, or beside the sign of a relation or of a difference."""
+SHEET = 'class="rs-sheet'
+LESSON = re.compile(r"L\d+")
+SYMBOLS = {"u": "outlier", "w": "estimate", "c": "ochre", "μ": "accent"}
+"""The residual, its weight, the threshold and the control of graduation."""
+COLON = re.compile(r"[: ]+((?:</\w+>)*)$")
 ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
 
 
@@ -101,8 +113,52 @@ def _words(cell: Tag) -> str:
     return cell.get_text(" ", strip=True)
 
 
+def lay_out_the_sheet(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Make cards of the tables of the cheat sheet, below a chip for each lesson."""
+    if SHEET not in context.get("body", ""):
+        return
+    soup = BeautifulSoup(context["body"], "html.parser")
+    lessons: list[str] = []
+    for place in soup.select(".rs-sheet"):
+        of_all = LESSON.search(place.find_previous("h2").get_text())
+        cards = [_card(row) for row in place.select("tbody tr")]
+        for card in cards:
+            lesson = of_all[0] if of_all else card["label"]
+            if lesson not in lessons:
+                lessons.append(lesson)
+                card["id"] = lesson.lower()
+        html = TEMPLATES.get_template("sheet.html").render(cards=cards)
+        place.clear()
+        place.append(BeautifulSoup(html, "html.parser"))
+    lessons.sort(key=lambda lesson: int(lesson[1:]))
+    chips = "".join(f'<a href="#{lesson.lower()}">{lesson}</a>' for lesson in lessons)
+    chips = f'<nav class="rs-chips" aria-label="Lessons">{chips}</nav>'
+    soup.select_one("section section").insert_before(BeautifulSoup(chips, "html.parser"))
+    context["body"] = str(soup)
+
+
+def _card(row: Tag) -> dict[str, str]:
+    """Return what a card shows, as HTML."""
+    first, second = (cell.p or cell for cell in row.find_all("td"))
+    is_numbered = LESSON.fullmatch(first.get_text(strip=True))
+    idea, beside = (second, first) if is_numbered else (first, second)
+    for letter in () if is_numbered else idea.select("mi"):
+        if letter.get_text() in SYMBOLS:
+            letter["class"] = f"rs-is-{SYMBOLS[letter.get_text()]}"
+    name, _, formula = idea.decode_contents().partition("<br/>")
+    label = beside.decode_contents()
+    return {
+        "label": label if is_numbered else f"Chapter {label}",
+        "name": COLON.sub(r"\1", name),
+        "formula": formula,
+    }
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     app.connect("doctree-resolved", keep_together)
     app.connect("html-page-context", rewrite)
+    app.connect("html-page-context", lay_out_the_sheet, priority=600)  # behind the formulas
     return {"parallel_read_safe": True, "parallel_write_safe": True}

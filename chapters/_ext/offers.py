@@ -17,11 +17,12 @@ from typing import Any
 
 from bs4 import BeautifulSoup
 from docutils import nodes
-from jinja2 import Environment, FileSystemLoader
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.fileutil import copy_asset
+
+from . import TEMPLATES
 
 ZIPS, RELEASED = "assignments", "build/release"
 """Where the zips are on the site and in the public course, and where they are made."""
@@ -32,7 +33,6 @@ LOCK = "pyodide-lock.json"
 SAMPLES, SAMPLES_SOURCE = "samples", "build/shown/pages"
 """Where the sample pages are on the site, and where they are made."""
 REPORT = "report/index.html"
-TEMPLATES = Environment(loader=FileSystemLoader(Path(__file__).parents[1] / "_templates"))
 
 
 def zips(app: Sphinx) -> dict[str, Path]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import functools
 import re
-from html import escape
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -20,13 +19,15 @@ from robust_slam_course.plots import opening
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxRole
 
+from . import TEMPLATES
+
 PACE = (100, 100, 100, 100, 100, 60, 60, 40, 60, 60)
 """Words a minute by chapter, for a student to whom the subject is new: slower where a chapter
 builds on all before it, and slowest among proofs. Readers' own times set them."""
 PICTURE, QUESTION, STEP = 5, 1, 10
 """Minutes for a live picture and for a question, and to how many the sum is rounded."""
 CHAPTER = re.compile(r"(\d\d)-")
-OWN = ' aria-current="page"'
+TITLE = re.compile(r"<h1>.*?</h1>", re.DOTALL)
 GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
 SIZE = 100.0
 NOT_FOUND = "404"
@@ -48,10 +49,14 @@ def add(
     if doctree is None or number is None:
         return
     body, goals = GOALS.subn('<p id="goals">', context["body"], count=1)
-    line = f'<a href="students.html#before-each-chapter">{minutes(app, page)} minutes</a>'
-    line += '<span> · <a href="#goals">what you can do afterwards</a></span>' if goals else ""
-    head = f'{strip(app, page)}\n\\g<0>\n<p class="rs-length">{line}</p>'
-    context["body"] = re.sub(r"<h1>.*?</h1>", head, body, count=1, flags=re.DOTALL)
+    head = TEMPLATES.get_template("chapter.html")
+    known = {"here": page, "minutes": minutes(app, page), "goals": goals}
+    known |= {
+        "chapters": chapters(app),
+        "titles": app.env.titles,
+        "map": functools.partial(sign_of, app),
+    }
+    context["body"] = TITLE.sub(lambda title: head.render(known, title=title[0]), body, count=1)
 
 
 def minutes(app: Sphinx, page: str) -> int:
@@ -96,17 +101,6 @@ def add_maps(app: Sphinx, doctree: nodes.document, page: str) -> None:
 def chapters(app: Sphinx) -> list[str]:
     """Return the names of the chapters' pages, in their order."""
     return sorted(name for name in app.env.titles if CHAPTER.match(PurePosixPath(name).name))
-
-
-def strip(app: Sphinx, page: str) -> str:
-    """Return a link to each chapter, a map that unfolds from one to the next."""
-    links = (
-        f'<li><a href="{PurePosixPath(name).name}.html" title="{title}" aria-label="{title}"'
-        f"{OWN * (name == page)}>{sign_of(app, number)}<span>{number}</span></a></li>"
-        for number, name in enumerate(chapters(app))
-        for title in [escape(app.env.titles[name].astext())]
-    )
-    return f'<ul class="rs-maps" aria-label="Chapters">{"".join(links)}</ul>'
 
 
 def sign_of(app: Sphinx, number: int) -> str:

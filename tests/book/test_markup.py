@@ -133,36 +133,6 @@ def test_a_head_cell_with_a_formula_is_one_line(site: Site, open_page: Opener) -
     assert head.evaluate("row => row.getBoundingClientRect().height") < 50
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_folded_code_stands_below_what_it_makes_and_is_named(name: str, site: Site) -> None:
-    soup = site.parsed(name)
-    for cell in soup.select(".cell.tag_hide-input"):
-        if cell.parent.name == "details":
-            continue
-        (folded,) = cell.select(":scope > details")
-        assert folded.find_next_sibling() is None
-        said = {title.get_text() for title in folded.select(".admonition-title")}
-        numbers = [number.get_text().strip() for number in cell.select(".caption-number")]
-        if numbers:
-            assert said == {f"Code for {' and '.join(numbers)}"}
-        else:
-            assert len(said) == 1 and next(iter(said)).startswith("Code")
-            behind = cell.find_next_sibling()
-            if not cell.select(".cell_output") and behind and behind.select("details"):
-                assert behind.select(".cell_output"), "neighbours have one bar"
-
-
-@pytest.mark.browser
-def test_a_picture_is_reached_before_its_code(site: Site, open_page: Opener) -> None:
-    page = open_page((site.folder / "chapters/05-gnc.html").as_uri()).page
-    cell = page.locator(".cell:has(.rs-picture)").first
-    order = cell.evaluate(
-        """cell => [...cell.querySelectorAll(".rs-picture [tabindex='0'], summary")].map(
-        node => node.getBoundingClientRect().top)"""
-    )
-    assert len(order) > 1 and order[-1] == max(order)
-
-
 @pytest.mark.browser
 def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(
     site: Site, open_page: Opener

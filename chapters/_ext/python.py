@@ -1,0 +1,139 @@
+"""Python in the pages, where the runtime is there (``make runtime``).
+
+*Edit and run* at the code of a chapter: its page gets a name for each code cell, one small script
+and its style. *Your own graph*: its page gets a form, ``chapters/_templates/own_graph.html``, and
+its style. All else is in the site's folder ``python`` and is loaded at the first click: the page's
+code, the editor, and Python. Without the runtime chapters are as they were, and in place of the
+form stands the command that does the same.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.config import Config
+from sphinx.util import logging
+
+from . import TEMPLATES
+from .offers import put_in_place
+
+LOGGER = logging.getLogger(__name__)
+
+SOURCES = Path(__file__).resolve().parents[1] / "python"
+"""The scripts of the page and of the worker."""
+TABLES = "data"
+"""The folder beside the chapters with the tables that they read."""
+RUNTIME = "build/runtime"
+NEEDED = ("pyodide", "wheels", "editor.js", "editor-licences.txt")
+"""What `make runtime` leaves for the pages."""
+BYTES = "bytes"
+"""The file there with the number of bytes that the engine fetches until the first cell can run."""
+SAID = {"cannot": "cannot_run_in_the_page", "note": "note_in_the_page"}
+"""Keys in a cell's metadata for sentences that the page shows: why the cell cannot run there, and
+what differs there."""
+OWN_GRAPH = '<div id="own-graph"></div>'
+"""The place of the form."""
+
+
+def look_for_the_runtime(app: Sphinx, config: Config) -> None:
+    """Note how much the engine loads: with another number all pages are written again."""
+    folder = Path(app.srcdir, RUNTIME)
+    is_whole = all((folder / name).exists() for name in (*NEEDED, BYTES))
+    config.course_bytes = int((folder / BYTES).read_text()) if is_whole else 0
+    if not is_whole:
+        LOGGER.info("%s is not complete: no page can run its cells (make runtime).", RUNTIME)
+
+
+def code_cells(app: Sphinx, page: str) -> dict[int, dict[str, str]]:
+    """Return the code cells of a page by their numbers; only notebooks have some."""
+    path = Path(app.env.doc2path(page))
+    if not app.config.course_bytes or path.suffix != ".ipynb":
+        return {}
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    return {
+        number: {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
+        | {name: cell["metadata"][key] for name, key in SAID.items() if key in cell["metadata"]}
+        for number, cell in enumerate(cells)
+        if cell["cell_type"] == "code"
+    }
+
+
+def name_the_cells(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Give each code cell on the page the id under which its code is found."""
+    if cells := code_cells(app, page):
+        for container in doctree.findall(nodes.container):
+            if container.get("nb_element") == "cell_code":
+                container["ids"].append(cells[container["cell_index"]]["id"])
+
+
+def add_to_the_page(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Add the script and its style to a page with code, and write the code beside."""
+    cells = list(code_cells(app, page).values()) if doctree else []
+    if not cells:
+        return
+    name = f"cells/{Path(page).name}.json"
+    target = Path(app.outdir, "python", name)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(json.dumps({"cells": cells}), encoding="utf-8")
+    context["metatags"] += TEMPLATES.get_template("run.html").render(
+        folder=context["pathto"]("python", 1),
+        cells=name,
+        megabytes=round(app.config.course_bytes / 1e6),
+        **{
+            said: json.dumps({cell["id"]: cell[said] for cell in cells if said in cell})
+            for said in SAID
+        },
+    )
+
+
+def fill_in_the_form(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Put the form into its place, or the command alone where there is no runtime."""
+    if OWN_GRAPH not in context.get("body", ""):
+        return
+    known = {"bytes": app.config.course_bytes, "folder": context["pathto"]("python", 1)}
+    form = TEMPLATES.get_template("own_graph.html").render(known)
+    context["body"] = context["body"].replace(OWN_GRAPH, form)
+    if app.config.course_bytes:
+        context["metatags"] += f'\n<link rel="stylesheet" href="{known["folder"]}/own.css" />'
+
+
+def copy(app: Sphinx, exception: Exception | None) -> None:
+    """Put scripts and runtime into the site; without the runtime take away what was there."""
+    target = Path(app.outdir, "python")
+    if exception:
+        return
+    if not app.config.course_bytes:
+        shutil.rmtree(target, ignore_errors=True)
+        return
+    found = [path.name for path in SOURCES.glob("*.py")]
+    found += [f"{TABLES}/{path.name}" for path in (SOURCES.parent / TABLES).glob("*.csv")]
+    put_in_place(SOURCES.parent / TABLES, target / TABLES)
+    (target / "files.json").write_text(json.dumps(sorted(found)), encoding="utf-8")
+    for path in (*SOURCES.iterdir(), *(Path(app.srcdir, RUNTIME, name) for name in NEEDED)):
+        if path.is_file():
+            shutil.copyfile(path, target / path.name)
+        elif path.name in NEEDED:
+            put_in_place(path, target / path.name)
+    # Of what is compiled, as it stands among the wheels, Pyodide's own is of no use.
+    for path in (target / "wheels").iterdir():
+        (target / "pyodide" / path.name).unlink(missing_ok=True)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the above to the build."""
+    app.add_config_value("course_bytes", 0, "html")
+    app.connect("config-inited", look_for_the_runtime)
+    app.connect("doctree-resolved", name_the_cells)
+    app.connect("html-page-context", add_to_the_page)
+    app.connect("html-page-context", fill_in_the_form)
+    app.connect("build-finished", copy)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
