@@ -76,14 +76,9 @@ def test_a_missing_column_is_told_with_those_that_there_are(tmp_path):
         read.column("Email", "--match")
 
 
-def test_a_student_stands_there_once(tmp_path):
+def test_a_student_stands_there_once_and_who_has_no_name_there_is_no_one(tmp_path):
     decomposed = "A\u030asa"
-    read = roster.read(written(tmp_path, f"{PLAIN}{decomposed},else\n"))
+    read = roster.read(written(tmp_path, f"{PLAIN}{decomposed},else\nEve,\nDan,\n"))
     assert set(roster.by_key(read, read.rows, 1)) == {"asa", "bob", "else"}
     with pytest.raises(WrongUse, match=r"roster\.csv:4: 'Åsa' stands in line 2 already"):
         roster.by_key(read, read.rows, 0)
-
-
-def test_who_has_nothing_in_the_matched_column_is_no_one(tmp_path):
-    read = roster.read(written(tmp_path, "Name,Mail\na,\nb,\nc,x\n"))
-    assert set(roster.by_key(read, read.rows, 1)) == {"x"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shutil
 from pathlib import Path
 
 import pytest
@@ -86,17 +85,6 @@ def test_a_notebook_that_changes_meanwhile_counts_as_it_was_read(course, run, mo
         assert "Mine." in text and "open(" in text
 
 
-def test_manual_scores_outlive_a_new_test_cell(course):
-    autograde(course)
-    course_of.enter(course_of.database(course), "ada", "why", 2.5)
-    value = course_of.source_notebook()
-    value["cells"].append(toy.test_cell("assert double(1) == 2", "double-one", 7))
-    toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
-    grade(course)
-    assert scores(course)["why"] == 2.5
-    assert scores(course)["double-one"] == 7
-
-
 def test_the_command_line_and_formgrader_take_over_from_each_other(course, capsys):
     autograde(course)
     path = course / "class" / "graded" / "ada" / f"{toy.NAME}.json"
@@ -105,15 +93,6 @@ def test_the_command_line_and_formgrader_take_over_from_each_other(course, capsy
     assert "1 of them unchanged and reused" in capsys.readouterr().out
     autograde(course)
     assert path.read_text() == first  # the seconds would differ
-
-
-def test_neither_needs_nbgrader_to_have_released(course):
-    grade(course)
-    autograde(course)
-    assert sum(scores(course).values()) == 20
-    shutil.rmtree(course / "class" / "graded")
-    autograde(course)
-    assert sum(scores(course).values()) == 20
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Base, Gradebook
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.grading.results import signature
 from robust_slam_autograder.nbgrader import database as place
 from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.nbgrader.database import url_of
@@ -50,14 +49,6 @@ def test_every_case_has_its_points(database):
         assert book.find_assignment(toy.NAME).max_score == 20
         assert book.find_submission(toy.NAME, "ada").score == 14
         assert not book.find_submission(toy.NAME, "ada").needs_manual_grade
-
-
-def test_marks_are_replaced_and_other_students_stay(database):
-    tests = toy.assignment()
-    gradebook.record(database, [tests], [marked(name, [0] * 4) for name in ("ada", "bob")])
-    gradebook.record(database, [tests], [marked("ada", FULL)])
-    totals = {name: sum(each.values()) for name, each in course.rows(database, "score").items()}
-    assert totals == {"ada": 20, "bob": 0}
 
 
 def test_the_gradebook_follows_the_instructors_cases(database):
@@ -152,17 +143,3 @@ def test_a_table_that_is_lost_is_noticed(database):
 
 def test_the_tables_are_nbgraders():
     assert set(Base.metadata.tables) == place.TABLES
-
-
-def test_a_gradebook_of_before_is_taken_over(database):
-    """Of a version that noted nowhere which results it had, and of one that noted other ones."""
-    gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
-    course.enter(database, "ada", "double-random", 3)
-    with contextlib.closing(sqlite3.connect(database)) as book:
-        book.execute("DROP TABLE autograder_recorded")
-    assert place.exists(database) and place.recorded(database) == {}
-    key = f"ada/{toy.NAME}"
-    for prints in ({key: "older"}, {key: "newer"}):
-        gradebook.record(database, [toy.assignment()], [marked("ada", FULL)], prints)
-        assert course.rows(database, "score")["ada"]["double-random"] == 3
-    assert place.recorded(database) == {key: signature(marked("ada", FULL), "newer")}

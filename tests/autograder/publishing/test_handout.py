@@ -89,10 +89,11 @@ def test_the_same_release_gives_the_same_bytes(tree, tmp_path):
     assert a == b
 
 
-def test_files_that_an_assignment_needs_come_with_it(released):
+def test_what_one_assignment_needs_comes_with_it_alone(released):
     more = archive_of(released.out, MORE)
     assert more["data/z.csv"] == b"1,2\n"
     assert more["README.txt"] == b"The instructor's own.\n"
+    assert b"[extra]" not in more["requirements.txt"]
 
 
 def test_students_install_from_the_archive(released):
@@ -102,10 +103,6 @@ def test_students_install_from_the_archive(released):
     lines = [line.strip() for line in released.toy["README.txt"].decode().splitlines()]
     start = lines.index(INSTALL[0])
     assert tuple(lines[start : start + len(INSTALL)]) == INSTALL
-
-
-def test_an_extra_is_for_its_assignment_alone(released):
-    assert b"[extra]" not in archive_of(released.out, MORE)["requirements.txt"]
 
 
 def test_a_wheel_holds_what_the_public_may_have(released):
@@ -220,11 +217,12 @@ def test_of_several_assignments_all_are_released_or_none(tree, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "out"]
 
 
-def test_one_release_leaves_the_others_alone(tree, tmp_path):
+def test_one_release_replaces_its_own_folder_and_leaves_the_others_alone(tree, tmp_path):
     toy.write(tree / MORE / f"{MORE}.ipynb", toy.source_notebook())
     out = tmp_path / "out"
     release(tree, [], out)
-    (out / toy.NAME / "mine.txt").write_text("mine")
+    for name in (toy.NAME, MORE):
+        (out / name / "mine.txt").write_text("mine")
     release(tree, [MORE, MORE], out)
-    assert (out / toy.NAME / "mine.txt").is_file()
+    assert (out / toy.NAME / "mine.txt").is_file() and not (out / MORE / "mine.txt").exists()
     assert sorted(path.name for path in out.glob("*.zip")) == [f"{toy.NAME}.zip", f"{MORE}.zip"]

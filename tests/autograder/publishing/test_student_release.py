@@ -58,13 +58,6 @@ def test_a_release_holds_stubs_and_visible_tests_alone(tree, tmp_path):
     assert (path.parent / "autograder.toml").is_file()
 
 
-def test_a_release_replaces_the_one_before(tree, tmp_path):
-    (path,) = release(tree, [toy.NAME], tmp_path / "out")
-    (path.parent / "old.txt").write_text("old")
-    release(tree, [toy.NAME], tmp_path / "out")
-    assert sorted(file.name for file in path.parent.iterdir()) == [path.name, "autograder.toml"]
-
-
 @pytest.mark.parametrize(
     ("what", "sentence"),
     [

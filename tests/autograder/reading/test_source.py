@@ -13,9 +13,21 @@ def kept(text: str, used: set[str]) -> list[str]:
     return [ast.unparse(node) for node in tree.body if node in source.helpers([tree], used)]
 
 
-def test_definitions_stay_and_experiments_go():
-    text = "def f(): pass\nclass C: pass\nprint(1)\nx = f()\nfor i in []: pass\n"
-    assert kept(text, set()) == ["def f():\n    pass", "class C:\n    pass"]
+@pytest.mark.parametrize(
+    ("definition", "experiment"),
+    [
+        ("def f():\n    pass", "print(1)\nx = f()\nfor i in []: pass"),
+        ("class C:\n    pass", "C().x = 1"),
+        ("@wraps\ndef f():\n    pass", ""),
+        # A variable in it is another than one beside it.
+        ("def f(x):\n    y = x\n    return y", "x = slow()\ny = slow()"),
+        # A choice between imports.
+        ("try:\n    import a\nexcept ImportError:\n    a = None", ""),
+        ("def g():\n    pass", "try:\n    main()\nexcept ValueError:\n    pass"),
+    ],
+)
+def test_definitions_stay_and_experiments_go(definition, experiment):
+    assert kept(f"{definition}\n{experiment}\n", set()) == [definition]
 
 
 def test_an_import_stays_where_its_name_occurs_in_what_stays():
@@ -83,21 +95,6 @@ def test_whatever_changes_a_variable_that_a_solution_reads_stays(change):
 def test_an_experiment_that_changes_no_variable_goes(experiment):
     text = f"import numpy as np\nimport matplotlib.pyplot as plt\nT = []\n{experiment}\n"
     assert kept(text, {"T", "np", "plt", "slow"})[2:] == ["T = []"]
-
-
-def test_a_local_variable_uses_nothing_of_the_same_name():
-    text = "x = slow()\ndef f(x):\n    y = x\n    return y\ny = slow()\n"
-    assert kept(text, set()) == ["def f(x):\n    y = x\n    return y"]
-
-
-def test_a_choice_between_imports_stays():
-    text = "try:\n    import a\nexcept ImportError:\n    a = None\n"
-    assert kept(text, set()) == [text.strip()]
-    assert kept("try:\n    main()\nexcept ValueError:\n    pass\n", set()) == []
-
-
-def test_a_decorated_definition_keeps_its_decorator():
-    assert kept("@wraps\ndef f():\n    pass\n", set()) == ["@wraps\ndef f():\n    pass"]
 
 
 @pytest.mark.parametrize(

@@ -153,9 +153,6 @@ class TestVersions:
         assert len(made.others) == 1
         assert said in "; ".join(made.others[0].differences)
 
-    def test_a_case_that_is_failed_makes_no_version(self):
-        assert report(*CLASS).others == ()
-
 
 def told(*exercises: ExerciseResult, names: bool = True, students: str = "") -> list[Hint]:
     return list(hints.collect(exercises, Reader(names, frozenset(students.split()))))
@@ -223,9 +220,6 @@ class TestHints:
         failed = exercise("e", "failed", case("c", text))
         (hint,) = told(failed, names=False, students=student)
         assert hint.text == hints.WITHHELD
-
-    def test_without_students_nothing_is_withheld(self):
-        assert [hint.text for hint in told(HARDER, names=False)] == ["Look.", "No."]
 
 
 class TestAttention:
