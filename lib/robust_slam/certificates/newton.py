@@ -17,7 +17,6 @@ al. 2019, "SE-Sync", section 5, for pose graphs.
 from __future__ import annotations
 
 import logging
-import time
 from dataclasses import dataclass
 from enum import Enum
 
@@ -25,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
+from robust_slam._deadline import Deadline
 from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.preconditioner import Operator, Systems
 from robust_slam.certificates.tangent import Point, half_gradient, retract_vectors
@@ -140,11 +140,11 @@ def descend(
     Each step is logged at the level DEBUG.
 
     Raises:
-        ValueError: ``tol`` is negative or ``max_iterations`` below 1.
+        ValueError: ``tol`` or ``max_seconds`` is negative, or ``max_iterations`` below 1.
         Underdetermined: the problem is singular to working precision.
     """
     check_limits(tol, max_iterations)
-    end = time.process_time() + max_seconds
+    deadline = Deadline.after(max_seconds)
     systems = Systems(problem, blocks.shape[1])
     history: list[Point] = [Point.at(problem, blocks)]
     radius = None
@@ -152,13 +152,13 @@ def descend(
         point = history[-1]
         if point.stationarity <= tol:
             return Descent(tuple(history), Stop.STATIONARY)
-        if time.process_time() > end:
+        if deadline.passed:
             return Descent(tuple(history), Stop.TIME_LIMIT)
         region = _Region.at(systems, point, radius)
-        step, trial = region.advance(end)
+        step, trial = region.advance(deadline)
         radius = region.radius
         if trial is None:
-            stop = Stop.TIME_LIMIT if time.process_time() > end else Stop.ROUNDING
+            stop = Stop.TIME_LIMIT if deadline.passed else Stop.ROUNDING
             return Descent(tuple(history), stop)
         rounding = not step.at_edge and _is_rounding(point, trial)
         if not rounding or trial.stationarity < point.stationarity:
@@ -215,11 +215,11 @@ class _Region:
         hessian = systems.hessian(point.blocks)
         return cls(systems, point, gradient, hessian, inverse, float(radius))
 
-    def advance(self, end: float) -> tuple[_Step, Point | None]:
+    def advance(self, deadline: Deadline) -> tuple[_Step, Point | None]:
         """Return a step and its point, of no higher cost; None if a step gains rounding alone.
 
         The radius shrinks until the model predicts the cost well enough. The point is also
-        None if that is not so when the CPU clock has reached ``end``, in seconds.
+        None if that is not so when the ``deadline`` has passed.
 
         Source: Absil, Baker and Gallivan 2007, Algorithm 1.
         """
@@ -241,7 +241,7 @@ class _Region:
             if ratio > _ACCEPTED and not increases(trial.cost, point.cost):
                 return step, trial
             exhausted = step.decrease <= _NOISE * point.cost + NEGLIGIBLE_COST
-            if exhausted or time.process_time() > end:
+            if exhausted or deadline.passed:
                 return step, None
 
     def step(self) -> _Step:

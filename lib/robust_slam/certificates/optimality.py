@@ -136,7 +136,7 @@ def certify(
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, or a
-            weight is negative.
+            weight or ``max_seconds`` is negative.
         Underdetermined: the edges with positive weight do not connect all poses.
 
     Source: Rosen et al. 2019, Theorem 7 and equations (107) and (112).

@@ -12,13 +12,13 @@ and Proposition 3, on pose graphs.
 from __future__ import annotations
 
 import logging
-import time
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
+from robust_slam._deadline import Deadline
 from robust_slam.certificates.chordal import (
     ChordalProblem,
     lifted_cost,
@@ -69,14 +69,14 @@ def solve_certified(
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
-            weight is negative, or ``max_climbs`` is below 0.
+            weight is negative, or ``max_climbs`` or ``max_seconds`` is below 0.
         Underdetermined: the edges with positive weight do not connect all poses.
 
     Source: Boumal, Voroninski and Bandeira 2016; Rosen et al. 2019, Algorithms 1 and 2.
     """
     if max_climbs < 0:
         raise ValueError(f"max_climbs is {max_climbs}; give at least 0")
-    end = time.process_time() + max_seconds
+    deadline = Deadline.after(max_seconds)
     found = certify(graph, check_poses("poses", poses, graph), weights, max_seconds=max_seconds)
     problem = ChordalProblem.of(graph, weights)
     blocks, relaxed = pose_blocks(found[0]), found[1]
@@ -89,24 +89,24 @@ def solve_certified(
         higher = climb(problem, blocks, relaxed.direction)
         if higher is None:
             return _stopped(found, Stop.LOOSE)
-        blocks = _descended(problem, higher, end)
+        descent = descend(
+            problem,
+            higher,
+            _NEAR,
+            least_decrease=_LEAST_DECREASE,
+            max_seconds=deadline.left,
+        )
+        blocks = descent.last.blocks
         relaxed = judge(problem, blocks)
         near = rounded(graph, blocks, found[0])
-        new = certify(graph, near, weights, max_seconds=end - time.process_time())
+        new = certify(graph, near, weights, max_seconds=deadline.left)
         found = _better(found, new, relaxed)
         _report(blocks.shape[1], found[1])
-        if time.process_time() > end and found[1].verdict is not Verdict.CERTIFIED:
+        if deadline.passed and found[1].verdict is not Verdict.CERTIFIED:
             return _stopped(found, Stop.TIME_LIMIT)
     return (
         found if found[1].verdict is Verdict.CERTIFIED else _stopped(found, Stop.ITERATION_LIMIT)
     )
-
-
-def _descended(problem: ChordalProblem, blocks: Array, end: float) -> Array:
-    """Return the blocks where the descent from ``blocks`` stops, ``(n, r, d + 1)`` both."""
-    left = end - time.process_time()
-    descent = descend(problem, blocks, _NEAR, least_decrease=_LEAST_DECREASE, max_seconds=left)
-    return descent.last.blocks
 
 
 def _stopped(found: tuple[Array, Certificate], stop: Stop) -> tuple[Array, Certificate]:
