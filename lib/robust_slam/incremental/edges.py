@@ -58,45 +58,42 @@ class GrowingEdges:
     def __init__(self, graph: PoseGraph) -> None:
         self.n = graph.n
         self.group = graph.group
-        self._arrays = {name: Growing(getattr(graph, name)) for name in ROWS}
-        self._number = Growing(np.arange(len(graph.edges)))
         self._next = len(graph.edges)
+        rows = {name: getattr(graph, name) for name in ROWS}
+        rows |= {"number": np.arange(self._next), "precise": graph.information}
+        self._arrays = {name: Growing(array) for name, array in rows.items()}
         self._graph: PoseGraph | None = graph
-        self._precise = Growing(graph.information)
         self._factors: Array = np.ones(4)
 
     @property
     def number(self) -> Indices:
         """The number of each edge, ``(m,)``, ascending."""
-        return self._number.rows
+        return self._arrays["number"].rows
 
     @property
     def graph(self) -> PoseGraph:
         """The graph of all edges; it does not change when further ones are added."""
         if self._graph is None:
-            self._graph = from_checked(
-                self.n, {name: array.rows for name, array in self._arrays.items()}
-            )
+            self._graph = from_checked(self.n, {name: self._arrays[name].rows for name in ROWS})
         return self._graph
 
     @property
     def precise(self) -> PoseGraph:
         """The graph with the noise that ``rescale`` was told."""
-        rows = {name: array.rows for name, array in self._arrays.items()}
-        return from_checked(self.n, {**rows, "information": self._precise.rows})
+        rows = {name: self._arrays[name].rows for name in ROWS}
+        return from_checked(self.n, rows | {"information": self._arrays["precise"].rows})
 
     def rescale(self, factors: Array) -> None:
         """Let ``precise`` have deviations that are ``factors`` ``(4,)`` times the claimed ones."""
         self._factors = factors
-        self._precise = Growing(rescaled_information(self.graph, factors))
+        self._arrays["precise"] = Growing(rescaled_information(self.graph, factors))
 
     def append(self, n: int, rows: dict[str, NDArray[Any]]) -> Indices:
         """Append checked ``rows``, after which there are ``n`` poses; return their numbers."""
-        for name, array in self._arrays.items():
-            array.append(rows[name])
-        self._precise.append(rescaled_information(from_checked(n, rows), self._factors))
         numbers = np.arange(self._next, self._next + len(rows["edges"]))
-        self._number.append(numbers)
+        precise = rescaled_information(from_checked(n, rows), self._factors)
+        for name, added in (rows | {"number": numbers, "precise": precise}).items():
+            self._arrays[name].append(added)
         self._next += numbers.size
         self.n, self._graph = n, None
         return numbers
@@ -133,8 +130,6 @@ class GrowingEdges:
             )
         for name, array in self._arrays.items():
             self._arrays[name] = Growing(np.delete(array.rows, row, axis=0))
-        self._precise = Growing(np.delete(self._precise.rows, row, axis=0))
-        self._number = Growing(np.delete(self.number, row))
         self._graph = None
 
     def checked(
