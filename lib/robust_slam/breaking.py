@@ -41,20 +41,6 @@ _C = chi_square_threshold(0.99, 3)
 _SCORE = re.compile(r"(\w+):([\w+]+):(\d+)-(\d+):(-?\d),(-?\d):(\d)", re.ASCII)
 
 
-def _problem(graph: PoseGraph) -> PoseGraphProblem:
-    return PoseGraphProblem(graph, tol=1e-6, steps=1)
-
-
-def _graduated(graph: PoseGraph) -> Array:
-    problem = _problem(graph)
-    return gnc(problem, _C, x0=problem.guess, tol=1e-6).x
-
-
-def _switched(graph: PoseGraph) -> Array:
-    problem = _problem(graph)
-    return irls(problem, kernels.geman_mcclure(_C), problem.guess, tol=1e-6).x
-
-
 def _consistent(graph: PoseGraph) -> PoseGraph:
     """Return what PCM keeps; of largest sets the one that comes first, so that it is unique."""
     found = pcm(graph, _C)
@@ -70,10 +56,10 @@ def _consistent(graph: PoseGraph) -> PoseGraph:
 
 
 SOLVERS: dict[str, Callable[[PoseGraph], Array]] = {
-    "squares": lambda graph: _problem(graph).initial(),
-    "gm": _switched,
-    "gnc": _graduated,
-    "pcm": lambda graph: _graduated(_consistent(graph)),
+    "squares": lambda graph: PoseGraphProblem(graph, tol=1e-6).initial(),
+    "gm": lambda graph: irls(graph, kernels.geman_mcclure(_C)).poses,
+    "gnc": lambda graph: gnc(graph, _C).poses,
+    "pcm": lambda graph: gnc(_consistent(graph), _C).poses,
 }
 """Least squares, Geman–McClure and GNC from odometry, and PCM before GNC."""
 

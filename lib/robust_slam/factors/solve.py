@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -158,15 +159,19 @@ def _truncated(problem: FactorGraphProblem, x: Array, seconds: float) -> Result[
     return irls(problem, kernel, x, tol=tol, max_iterations=_STEPS, max_seconds=seconds)
 
 
-def _dcs(problem: FactorGraphProblem, x: Array, seconds: float) -> Array:
-    kernel = kernels.dcs(problem.threshold)
-    return irls(problem, kernel, x, tol=_TOL, max_iterations=_STEPS, max_seconds=seconds).x
+def _reweighted(
+    kernel: Callable[[float], kernels.Kernel],
+    problem: FactorGraphProblem,
+    x: Array,
+    seconds: float,
+) -> Array:
+    scaled = kernel(problem.threshold)
+    return irls(problem, scaled, x, tol=_TOL, max_iterations=_STEPS, max_seconds=seconds).x
 
 
 def _huber_dcs(problem: FactorGraphProblem, x: Array, seconds: float) -> Array:
-    kernel = kernels.huber(problem.threshold)
-    wide = irls(problem, kernel, x, tol=_TOL, max_iterations=_STEPS, max_seconds=seconds)
-    return _dcs(problem, wide.x, seconds)
+    wide = _reweighted(kernels.huber, problem, x, seconds)
+    return _reweighted(kernels.dcs, problem, wide, seconds)
 
 
 def _gnc(problem: FactorGraphProblem, x: Array, seconds: float) -> Array:
@@ -175,7 +180,7 @@ def _gnc(problem: FactorGraphProblem, x: Array, seconds: float) -> Array:
 
 _DESCENTS: dict[str, Callable[[FactorGraphProblem, Array, float], Array]] = {
     "Huber, DCS": _huber_dcs,
-    "DCS": _dcs,
+    "DCS": partial(_reweighted, kernels.dcs),
     "GNC": _gnc,
 }
 """From a map, within the seconds that are left.

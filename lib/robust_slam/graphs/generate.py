@@ -221,9 +221,14 @@ def _deviations(name: str, sigma: tuple[float, float], group: Group) -> Array:
 def _revisits(truth: Array, reach: float, count: int, rng: np.random.Generator) -> Indices:
     """Draw ``count`` pairs (i, j), i + 1 < j, at most ``reach`` apart."""
     positions = group_of(truth).translation(truth)
-    pairs = KDTree(positions).query_pairs(reach * (1.0 + 1e-9), output_type="ndarray")
+    return _drawn(near_pairs(positions, reach * (1.0 + 1e-9)), count, rng)
+
+
+def near_pairs(positions: Array, reach: float) -> Indices:
+    """Return all pairs ``(k, 2)``, i + 1 < j, of ``positions`` ``(n, d)`` within ``reach`` m."""
+    pairs = KDTree(positions).query_pairs(reach, output_type="ndarray")
     pairs = pairs[pairs[:, 1] > pairs[:, 0] + 1]
-    return _drawn(pairs[np.lexsort(pairs.T[::-1])], count, rng)
+    return np.asarray(pairs[np.lexsort(pairs.T[::-1])], dtype=np.intp)
 
 
 def _drawn(pairs: Indices, count: int, rng: np.random.Generator) -> Indices:

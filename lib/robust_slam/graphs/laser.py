@@ -15,10 +15,10 @@ accuracy of SLAM algorithms".
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Indices, Mask, positive
 from robust_slam.graphs import se2
+from robust_slam.graphs.generate import near_pairs
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
 
 _CORRIDOR = 6.0
@@ -113,9 +113,7 @@ def _turned(at: Array, facing: int, length: float, rng: np.random.Generator) -> 
 def _closures(truth: Array, odometry: Indices, count: int, rng: np.random.Generator) -> Indices:
     """Return ``count`` pairs ``(count, 2)`` of near poses that join all sequences."""
     n = len(truth)
-    pairs = KDTree(truth[:, :2]).query_pairs(_REACH, output_type="ndarray")
-    pairs = pairs[pairs[:, 1] > pairs[:, 0] + 1]
-    pairs = rng.permutation(pairs[np.lexsort(pairs.T[::-1])])
+    pairs = rng.permutation(near_pairs(truth[:, :2], _REACH))
     sequence = connected_parts(n, odometry)
     joins = _joining(sequence, pairs)
     if joins.sum() > count:
