@@ -50,8 +50,6 @@ def stationarity(problem: ChordalProblem, blocks: Array) -> float:
     scale of the information, or on the origin. Its square is about the decrease of the cost
     by one diagonally scaled gradient step, relative to the cost of measurements that are all
     wrong.
-
-    Source: derived here.
     """
     diagonal = np.einsum("icc->ic", problem.pose_blocks)
     gradient_squared = np.sum(half_gradient(problem, blocks) ** 2, axis=1) / diagonal

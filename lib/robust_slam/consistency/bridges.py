@@ -45,10 +45,7 @@ class Bridges:
 
 
 def find_bridges(graph: PoseGraph, consistency: PcmResult) -> Bridges:
-    """Return the bridges between the sessions of ``graph``, from the closures that PCM kept.
-
-    Source: derived here; see the module.
-    """
+    """Return the bridges between the sessions of ``graph``, from the closures that PCM kept."""
     session = sessions(graph)
     closures = np.flatnonzero(consistency.kept & ~graph.is_odometry)
     joined = np.sort(session[graph.edges[closures]], axis=1)

@@ -142,8 +142,6 @@ def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> A
 
     Raises:
         ValueError: the mask does not fit or marks odometry.
-
-    Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
     chosen = _chosen(graph, closures)
     distances = np.zeros((chosen.size, chosen.size))

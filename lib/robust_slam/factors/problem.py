@@ -33,8 +33,6 @@ def thresholds_of(graph: FactorGraph, probability: float = _PROBABILITY) -> Arra
 
     Raises:
         ValueError: ``probability`` is not inside (0, 1).
-
-    Source: Antonante et al. 2022.
     """
     largest = int(graph.dimensions.max())
     each = [chi_square_threshold(probability, d) for d in range(1, largest + 1)]

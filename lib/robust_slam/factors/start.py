@@ -23,8 +23,6 @@ def first_map(graph: FactorGraph) -> Array:
     Poses are those of ``spanning_tree``, moved as one: by the first prior, or else onto the
     positions, of which a few may be wrong. A landmark is where its sightings place it in the
     median, or where its ranges from poses agree best. What neither reaches is at pose 0.
-
-    Source: derived here.
     """
     group, blocks = graph.group, {block.name: block for block in graph.blocks}
     poses = _in_frame(group, spanning_tree(graph.relative), blocks)

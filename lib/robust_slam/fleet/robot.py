@@ -126,8 +126,6 @@ class Robot:
         The disagreement of an edge is the mean distance between the own poses in its frame
         and in that of the second closest other edge, so three edges have to agree. It is inf
         if there are fewer than three.
-
-        Source: derived here.
         """
         frames = self.frames()
         positions = self.group.translation(self.group.compose(frames[:, None], self.poses))

@@ -1,7 +1,7 @@
 """Positive definite matrices in place of information matrices that are not.
 
-Source: Higham 1988, "Computing a nearest symmetric positive semidefinite matrix"; Rosen et
-al. 2019, the appendix on concentration parameters, for one precision of each kind.
+Source: Higham 1988, "Computing a nearest symmetric positive semidefinite matrix", Theorem
+2.1; Rosen et al. 2019, the appendix on concentration parameters, for one precision of each kind.
 """
 
 from __future__ import annotations
@@ -26,9 +26,6 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     its largest diagonal entry first. "isotropic" takes one precision for the position and one
     for the rotation, the harmonic mean of the positive eigenvalues of each block. A matrix
     cannot be repaired if its block of positions or of rotations has no positive eigenvalue.
-
-    Source: Higham 1988, Theorem 2.1; Rosen et al. 2019, the appendix on
-    concentration parameters.
 
     >>> matrix = np.diag([4.0, -1.0, 9.0])[None]
     >>> definite(matrix, "isotropic")[0][0].diagonal().tolist()

@@ -36,8 +36,6 @@ def find_forest(graph: PoseGraph, used: Mask, length: Array, roots: Indices) -> 
 
     ``used`` ``(m,)`` is a mask; ``length`` ``(m,)`` holds whole numbers of at least 1;
     ``roots`` has one pose of each connected part. Ties are broken by the lowest edge index.
-
-    Source: Dijkstra 1959.
     """
     number = np.flatnonzero(used)
     ends = graph.edges[number]

@@ -389,10 +389,7 @@ def linearise(graph: PoseGraph, relative: Array, r: Array) -> Array:
 
 
 def jacobians(graph: PoseGraph, poses: Array) -> tuple[Array, Array]:
-    """Return the Jacobians of the residuals by pose i and by pose j, ``(m, D, D)`` each.
-
-    Source: as ``linearise``.
-    """
+    """Return the Jacobians of the residuals by pose i and by pose j, ``(m, D, D)`` each."""
     relative = relative_poses(graph, poses)
     by_j, transfer = linearise(graph, relative, residuals_of(graph, relative))
     return by_j @ transfer, by_j

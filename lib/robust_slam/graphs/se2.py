@@ -74,10 +74,7 @@ def between(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def exp(xi: ArrayLike) -> Array:
-    """Return the pose ``(…, 3)`` Exp(xi): motion with the constant twist ``xi`` for 1 s.
-
-    Source: Solà et al. 2018, the appendix on SE(2).
-    """
+    """Return the pose ``(…, 3)`` Exp(xi): motion with the constant twist ``xi`` for 1 s."""
     xi = _pose("xi", xi)
     angle = xi[..., 2]
     # V(θ) = [[a, −b], [b, a]] with a = sin θ/θ, b = (1 − cos θ)/θ; np.sinc is defined at 0.
@@ -87,20 +84,14 @@ def exp(xi: ArrayLike) -> Array:
 
 
 def log(p: ArrayLike) -> Array:
-    """Return the twist ``(…, 3)`` with Exp(twist) = p and its angle in (−π, π].
-
-    Source: Solà et al. 2018, the appendix on SE(2).
-    """
+    """Return the twist ``(…, 3)`` with Exp(twist) = p and its angle in (−π, π]."""
     p = _pose("p", p)
     angle = wrap(p[..., 2])
     return _stack(_complex_product(_half_cotangent(angle), -angle / 2.0, p[..., :2]), angle)
 
 
 def adjoint(p: ArrayLike) -> Array:
-    """Return Ad(p) ``(…, 3, 3)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p.
-
-    Source: Solà et al. 2018, the appendix on SE(2).
-    """
+    """Return Ad(p) ``(…, 3, 3)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p."""
     p = _pose("p", p)
     cosine, sine = np.cos(p[..., 2]), np.sin(p[..., 2])
     return _affine(cosine, sine, p[..., 1], -p[..., 0])

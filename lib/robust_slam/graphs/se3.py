@@ -72,10 +72,7 @@ def between(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def exp(xi: ArrayLike) -> Array:
-    """Return the pose ``(…, 3, 4)`` Exp(xi): motion with the constant twist ``xi`` for 1 s.
-
-    Source: Solà et al. 2018, the appendix on SE(3).
-    """
+    """Return the pose ``(…, 3, 4)`` Exp(xi): motion with the constant twist ``xi`` for 1 s."""
     xi = _twist("xi", xi)
     rho, phi = xi[..., :3], xi[..., 3:]
     angle = _length(phi)
@@ -88,10 +85,7 @@ def exp(xi: ArrayLike) -> Array:
 
 
 def log(p: ArrayLike) -> Array:
-    """Return the twist ``(…, 6)`` with Exp(twist) = p and its angle in [0, π].
-
-    Source: Solà et al. 2018, the appendix on SE(3).
-    """
+    """Return the twist ``(…, 6)`` with Exp(twist) = p and its angle in [0, π]."""
     p = _pose("p", p)
     phi = _rotation_vectors(p[..., :3])
     position = p[..., 3]
@@ -103,10 +97,7 @@ def log(p: ArrayLike) -> Array:
 
 
 def adjoint(p: ArrayLike) -> Array:
-    """Return Ad(p) ``(…, 6, 6)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p.
-
-    Source: Solà et al. 2018, the appendix on SE(3).
-    """
+    """Return Ad(p) ``(…, 6, 6)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p."""
     p = _pose("p", p)
     matrix = p[..., :3]
     return _block_triangle(matrix, _cross_matrix(p[..., 3]) @ matrix)

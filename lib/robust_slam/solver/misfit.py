@@ -50,8 +50,6 @@ def find_misfit(
     The map are the ``poses`` of the ``kept`` edges ``(m,)``, a minimum with the deviations of
     ``graph``, which are those that it shows. Closures that are not ``trusted`` ``(m,)`` were kept
     up to the ``threshold``.
-
-    Source: Baarda 1968 for steps; derived here for closures.
     """
     norms = residual_norms(graph, poses) / threshold
     return Misfit(_slipped(graph, poses, kept, level), _close(norms, ~kept & ~trusted, level))
