@@ -19,9 +19,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from robust_slam_autograder.misconceptions import candidates, survey, tables
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import OF_ANSWER, WRITTEN, Candidate
 from robust_slam_autograder.misconceptions.shapes import Shape
-from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.labelled import Answer
@@ -54,7 +54,9 @@ class Measured:
             for one, keys in self.ways
             if not (one.origin == WRITTEN and one.source in hidden)
         ]
-        table = replace(self.rest, labels=tables.sealed(survey.labels(left)))
+        named = {key: candidates.chosen(group) for key, group in survey.alike(left).items()}
+        labels = {key: one.sentence if one is not None else "" for key, one in named.items()}
+        table = replace(self.rest, labels=tables.sealed(labels))
         for answer in unseen:
             yield answer, table.sentence(self.shapes.get(answer.source, Shape()))
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor.seeds import case_generator
-from robust_slam_autograder.misconceptions.bench import bench, compiled, quiet
+from robust_slam_autograder.misconceptions.bench import Setting, bench, compiled, quiet
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.assignment import Assignment, Case
 
@@ -53,5 +53,5 @@ def load(name: str, tree: Path = answers.SOLUTIONS) -> Reference:
     """Read an assignment of a source tree and run its set-up and solution cells."""
     path = tree / name / f"{name}.ipynb"
     assignment = assignment_module.load(path)
-    found = bench(path, assignment, seed=0, whole=True, salt="")
+    found = bench(Setting(path, assignment, seed=0, whole=True))
     return Reference(assignment, found.names)

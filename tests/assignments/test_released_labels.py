@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder import self_check
 from robust_slam_autograder.misconceptions import known, survey, tables
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.known import Known
-from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 

@@ -11,9 +11,9 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.misconceptions import known, survey
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.misconceptions.known import Known
-from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.labelled import Answer
@@ -28,21 +28,14 @@ def add(commands: Any) -> None:  # noqa: ANN401
         "misconceptions",
         help="find out how answers can be wrong, to name it",
     )
-    places.add(parser, "names")
-    parser.add_argument(
-        "--answers",
-        type=Path,
-        metavar="DIR",
-        help="answers with their misconceptions, DIR/<assignment>/<exercise>.toml",
-    )
+    places.add(parser, "names", "--answers")
     parser.add_argument("--to", type=Path, default=layout.MISCONCEPTIONS, metavar="DIR")
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Find out; an assignment whose tests and answers have not changed keeps its file."""
-    if options.answers is not None and not options.answers.is_dir():
-        raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
+    places.refuse_no_answers(options)
     for name in assignments.chosen(options.solutions, options.names):
         tests = assignments.notebook_path(options.solutions / name)
         answers = _answers(options.answers, name)

@@ -12,7 +12,7 @@ import os
 import signal
 import types
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
@@ -30,7 +30,7 @@ from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
 from robust_slam_autograder.misconceptions import shapes, traits
 from robust_slam_autograder.misconceptions.prints import Trace
-from robust_slam_autograder.misconceptions.shapes import Digests
+from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
@@ -49,21 +49,6 @@ Endings = Mapping[str, Ending]
 """By grade id."""
 _Event = tuple[Case, Ending, Exception | None]
 """A case, how it ended, and what it raised, which may hold a student's words."""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What a case saw of the student's functions: digests where it failed, and traits."""
-
-    digests: Digests
-    told: bool
-    """Whether a value ended it, and not an exception."""
-    real: bool = False
-    """Whether it ended at numbers that are not whole."""
-    end: tuple[str, ...] = ()
-    """The traits of its last call."""
-    passed: Mapping[str, int] = field(default_factory=dict)
-    """Of a case that passed, by trait how many calls have it."""
 
 
 @dataclass(frozen=True)
@@ -271,13 +256,12 @@ class Cases:
         trace, salt = self.trace, shapes.salt_of(self.seed, whole=self.calls is None)
         with contextlib.suppress(Exception, SessionFault), self._bounded():
             if passed:
-                seen = Seen({}, told=False, passed=shapes.passed_by(trace))
+                seen = Seen(passed=shapes.passed_by(trace))
             else:
-                found = shapes.of_trace(trace, salt)
+                seen = shapes.seen_by(trace, salt)
                 # A label may name a text that was handed in: one that students see.
                 texts = [case.visible for case in self.assignment.cases]
-                end = tuple(traits.shown(shapes.end_of(trace), texts))
-                seen = Seen(found, not trace.raised, trace.is_real, end)
+                seen = replace(seen, end=tuple(traits.shown(seen.end, texts)))
             self.seen[case.grade_id] = seen
 
     def _ending(self, case: Case, error: Exception) -> Ending:

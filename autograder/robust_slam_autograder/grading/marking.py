@@ -20,7 +20,7 @@ from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.executor.session import Program, Session
 from robust_slam_autograder.grading import cases as passes
 from robust_slam_autograder.grading import explain, wording
-from robust_slam_autograder.grading.cases import Cases, Endings, Seen
+from robust_slam_autograder.grading.cases import Cases, Endings
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.results import (
     CaseResult,
@@ -31,7 +31,7 @@ from robust_slam_autograder.grading.results import (
     tidy,
 )
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
-from robust_slam_autograder.misconceptions.shapes import Shape
+from robust_slam_autograder.misconceptions.shapes import Seen, Shape
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
@@ -198,7 +198,7 @@ class _Pass:
                     known[case.grade_id] = Ending.TIMEOUT
                     told = wording.own(FAULT_SENTENCES[Ending.TIMEOUT])
                     step = Step(case.grade_id, Ending.TIMEOUT, told, self.skip, self.seconds)
-                    self.shapes.setdefault(case.exercise, Shape()).add(case.grade_id, {})
+                    self.shapes.setdefault(case.exercise, Shape()).add(case.grade_id, Seen())
                     yield case, step
 
     def _run_cases(self, known: Endings) -> Iterator[Step]:
@@ -234,13 +234,11 @@ class _Pass:
         if case.has_town:
             return
         shape = self.shapes.setdefault(case.exercise, Shape())
-        found = step.seen or Seen({}, told=False)
+        seen = step.seen or Seen()
         if step.ending is Ending.PASSED:
-            shape.accept(found.passed)
+            shape.accept(seen.passed)
         else:
-            shape.add(
-                case.grade_id, found.digests, told=found.told, real=found.real, end=found.end
-            )
+            shape.add(case.grade_id, seen)
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.

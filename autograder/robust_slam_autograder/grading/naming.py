@@ -19,10 +19,10 @@ from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.misconceptions import known, survey
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.known import Known
 from robust_slam_autograder.misconceptions.runner import Runner
 from robust_slam_autograder.misconceptions.shapes import Shape
-from robust_slam_autograder.misconceptions.survey import Setting
 
 MOST = 12
 """Ways to be wrong that are run for one answer, an author's own before others: it costs a tenth of

@@ -7,17 +7,16 @@ that the instructor wrote down as wrong.
 from __future__ import annotations
 
 import contextlib
+import copy
 import functools
 import io
 import sys
 import types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from robust_slam_autograder.executor.seeds import case_generator, environment
 from robust_slam_autograder.misconceptions import facts, shapes, traits
@@ -32,15 +31,30 @@ from robust_slam_autograder.reading.source import plain_python
 Names = dict[str, Any]
 
 
+@dataclass(frozen=True)
+class Setting:
+    """Under which circumstances test cells run."""
+
+    path: Path
+    """The instructor's notebook."""
+    assignment: Assignment
+    """The same, read."""
+    seed: int
+    """Of the inputs."""
+    whole: bool
+    """Whether test cells run with their hidden regions."""
+
+    @property
+    def salt(self) -> str:
+        """Return what digests depend on."""
+        return shapes.salt_of(self.seed, whole=self.whole)
+
+
 @dataclass
 class Bench:
-    """An assignment, with its test cells and what they see after the solutions ran."""
+    """An assignment's test cells, and what they see after the solutions ran."""
 
-    assignment: Assignment
-    sources: Mapping[str, str]
-    """By grade id, the test cell."""
-    seed: int
-    salt: str
+    setting: Setting
     names: Names
     cells: Mapping[str, str]
     """By grade id, the instructor's solution."""
@@ -50,8 +64,9 @@ class Bench:
 
     def functions(self, exercise: str) -> dict[str, Callable[..., Any]]:
         """Return the instructor's functions that an exercise asks for."""
-        owner = self.assignment.owner(exercise)
-        (mine,) = [one for one in self.assignment.solutions if one.grade_id == owner]
+        assignment = self.setting.assignment
+        owner = assignment.owner(exercise)
+        (mine,) = [one for one in assignment.solutions if one.grade_id == owner]
         return {name: self.names[name] for name in mine.names if callable(self.names.get(name))}
 
     def facts(self, exercise: str) -> dict[str, Fact]:
@@ -90,20 +105,18 @@ class Bench:
         cases = self._cases(exercise)
         if like is not None:
             cases.sort(key=lambda case: case.grade_id not in like.failed)
-        with quiet(), environment(self.seed):
+        with quiet(), environment(self.setting.seed):
             for case in cases:
                 trace = Trace()
                 if self._passes(case, names, trace):
                     if with_aspects:
                         shape.accept(shapes.passed_by(trace))
                 else:
-                    found = shapes.of_trace(trace, self.salt, with_aspects=with_aspects)
+                    seen = shapes.seen_by(trace, self.setting.salt, with_aspects=with_aspects)
                     heads = right[case.grade_id].get(WHOLE, frozenset())
-                    if not with_aspects and heads & set(found.get(WHOLE, ())):
-                        found = {}
-                    told, real = not trace.raised, trace.is_real
-                    end = shapes.end_of(trace) if with_aspects else ()
-                    shape.add(case.grade_id, found, told=told, real=real, end=end)
+                    if not with_aspects and heads & set(seen.digests.get(WHOLE, ())):
+                        seen = replace(seen, digests={})
+                    shape.add(case.grade_id, seen)
                 if like is not None and not shape.ends_like(like, case.grade_id):
                     shape.lost = True
                 if shape.lost and not with_aspects:
@@ -118,74 +131,60 @@ class Bench:
         """
         found: dict[str, Mapping[str, frozenset[str]]] = {}
         calls: list[Called] = []
-        with quiet(), environment(self.seed):
+        with quiet(), environment(self.setting.seed):
             for case in self._cases(exercise):
                 trace = Trace()
                 if not self._passes(case, self.names, trace):
                     raise ValueError(f"the solution itself loses {case.grade_id}")
                 found[case.grade_id] = shapes.of_beginnings(
-                    trace, self.salt, with_aspects=with_aspects
+                    trace, self.setting.salt, with_aspects=with_aspects
                 )
                 calls += trace.calls
         self.words[exercise] = traits.of_solution(calls)
         return found
 
     def _cases(self, exercise: str) -> list[Case]:
-        cases = self.assignment.cases
+        cases = self.setting.assignment.cases
         return [case for case in cases if case.exercise == exercise and not case.has_town]
 
     def _passes(self, case: Case, names: Names, trace: Trace) -> bool:
-        asked = {name: names[name] for name in self.assignment.names if name in names}
+        asked = {name: names[name] for name in self.setting.assignment.names if name in names}
         seen = {**names, **trace.watched(_apart(asked))}
-        seen["rng"] = case_generator(self.seed, case.grade_id)
+        seen["rng"] = case_generator(self.setting.seed, case.grade_id)
+        source = case.full if self.setting.whole else case.visible
         try:
-            exec(compiled(self.sources[case.grade_id], case.grade_id), seen)
+            exec(compiled(source, case.grade_id), seen)
         except Exception:  # a test fails by raising, whatever it raises
             return False
         return True
 
 
-def bench(path: Path, assignment: Assignment, *, seed: int, whole: bool, salt: str) -> Bench:
-    """Run the instructor's notebook.
-
-    Args:
-        path: the instructor's notebook.
-        assignment: the same, read.
-        seed: of the hidden inputs.
-        whole: whether test cells run with their hidden regions.
-        salt: of the digests.
-    """
-    code = submission.collect(notebook.read(path), assignment)
-    module = types.ModuleType(f"solutions_{abs(hash(str(path)))}")
+def bench(setting: Setting) -> Bench:
+    """Run the instructor's notebook."""
+    code = submission.collect(notebook.read(setting.path), setting.assignment)
+    module = types.ModuleType(f"solutions_{abs(hash(str(setting.path)))}")
     sys.modules[module.__name__] = module  # dataclasses look their module up by name
-    with quiet(), environment(seed):
-        for piece in (*assignment.setup, *code.pieces):
+    with quiet(), environment(setting.seed):
+        for piece in (*setting.assignment.setup, *code.pieces):
             if not piece.own:
                 exec(compiled(piece.source, piece.label), module.__dict__)
-    sources = {one.grade_id: one.full if whole else one.visible for one in assignment.cases}
     cells = {piece.label: piece.source for piece in code.pieces if not piece.own}
-    return Bench(assignment, sources, seed, salt, module.__dict__, cells)
+    return Bench(setting, module.__dict__, cells)
 
 
 def _apart(names: Names) -> Names:
     """Return functions that get copies of their arguments, as across a pipe."""
 
     def apart(function: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda *args, **kwargs: function(*_copied(args), **_copied(kwargs))
+        return lambda *args, **kwargs: function(
+            *map(_copied, args), **{name: _copied(one) for name, one in kwargs.items()}
+        )
 
     return {name: apart(one) if callable(one) else one for name, one in names.items()}
 
 
 def _copied(value: Any) -> Any:  # noqa: ANN401
-    if isinstance(value, np.ndarray):
-        return value.copy()
-    if isinstance(value, tuple):
-        return tuple(map(_copied, value))
-    if isinstance(value, list):
-        return list(map(_copied, value))
-    if isinstance(value, dict):
-        return {key: _copied(item) for key, item in value.items()}
-    return value
+    return value if callable(value) else copy.deepcopy(value)
 
 
 @contextlib.contextmanager

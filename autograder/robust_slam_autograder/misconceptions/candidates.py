@@ -64,7 +64,7 @@ class Candidate:
 
 def candidates(bench: Bench, exercise: str, answers: Sequence[Answer]) -> Iterator[Candidate]:
     """Yield the ways to be wrong in an exercise, of which there are answers, right and wrong."""
-    cell = bench.assignment.owner(exercise)
+    cell = bench.setting.assignment.owner(exercise)
     mine = [one for one in answers if one.exercise == exercise]
     for answer in mine:
         if not answer.is_right:

@@ -13,7 +13,7 @@ from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.reading.labelled import Answer
 
 _PRIVATE = 0o600
-FORMAT = 5
+FORMAT = 6
 """Of the file: one more makes files of an older engine be made again."""
 _OWN = ("slip", "about")
 """What the survey alone needs to know of a candidate."""

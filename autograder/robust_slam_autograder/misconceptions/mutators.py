@@ -9,26 +9,26 @@ from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from robust_slam_autograder.misconceptions.site import Site
-from robust_slam_autograder.misconceptions.slips import Slip, slip_of
+from robust_slam_autograder.misconceptions.slips import Change, Site, Slip, called
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 
-OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Div,
-    ast.Div: ast.Mult,
-    ast.FloorDiv: ast.Div,
-    ast.Mod: ast.Mult,
-    ast.Pow: ast.Mult,
-    ast.MatMult: ast.Mult,
-    ast.BitAnd: ast.BitOr,
-    ast.BitOr: ast.BitAnd,
+OPERATORS: Mapping[type[ast.operator], tuple[type[ast.operator], str]] = {
+    ast.Add: (ast.Sub, "sign"),
+    ast.Sub: (ast.Add, "sign"),
+    ast.Mult: (ast.Div, "quotient"),
+    ast.Div: (ast.Mult, "quotient"),
+    ast.FloorDiv: (ast.Div, "quotient"),
+    ast.Mod: (ast.Mult, "quotient"),
+    ast.Pow: (ast.Mult, "twice for square"),
+    ast.MatMult: (ast.Mult, "elementwise"),
+    ast.BitAnd: (ast.BitOr, "logic"),
+    ast.BitOr: (ast.BitAnd, "logic"),
 }
+"""What may stand in an operator's place, and which slip that is."""
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.GtE),
     ast.LtE: (ast.Lt, ast.Gt),
@@ -41,22 +41,42 @@ COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Is: (ast.IsNot,),
     ast.IsNot: (ast.Is,),
 }
+_NEAR = ({ast.Lt, ast.LtE}, {ast.Gt, ast.GtE})
+"""Comparisons that differ at equality alone."""
 PAIRS = (
-    ("min", "max"),
-    ("any", "all"),
-    ("sum", "mean"),
-    ("sin", "cos"),
-    ("argmin", "argmax"),
-    ("minimum", "maximum"),
-    ("floor", "ceil"),
-    ("zeros", "ones"),
-    ("log", "log1p"),
-    ("exp", "expm1"),
-    ("sqrt", "square"),
-    ("vstack", "hstack"),
-    ("logical_and", "logical_or"),
+    ("min", "max", "min max"),
+    ("any", "all", "any all"),
+    ("sum", "mean", "sum mean"),
+    ("sin", "cos", "sin cos"),
+    ("argmin", "argmax", "min max"),
+    ("minimum", "maximum", "min max"),
+    ("floor", "ceil", "floor ceil"),
+    ("zeros", "ones", "zeros ones"),
+    ("log", "log1p", "log log1p"),
+    ("exp", "expm1", "exp expm1"),
+    ("sqrt", "square", "sqrt square"),
+    ("vstack", "hstack", "vstack hstack"),
+    ("logical_and", "logical_or", "logic"),
 )
-NAMES = {name: other for pair in PAIRS for name, other in (pair, pair[::-1])} | {"inf": "nan"}
+"""Functions that are confused, and which slip that is."""
+NAMES = {"inf": ("nan", "inf nan")} | {
+    name: (other, kind) for *pair, kind in PAIRS for name, other in (pair, reversed(pair))
+}
+_LOST = {
+    "square": "square lost",
+    "sqrt": "root lost",
+    "abs": "size lost",
+    "log": "logarithm lost",
+    "log1p": "logarithm lost",
+    "sum": "sum lost",
+    "inv": "inverse lost",
+    "pinv": "inverse lost",
+    "transpose": "transpose lost",
+    "copy": "copied",
+}
+"""Slips where a function is left out."""
+_OPTIONS = {"axis": "axis", "keepdims": "axis", "dtype": "integers"}
+"""Slips where an argument is left out that was handed in by name."""
 SYMMETRIC = {"clip", "hypot", "isclose", "allclose", "max", "maximum", "min", "minimum"}
 """Functions whose arguments may be swapped; so may those of ``logical_and`` and its like."""
 ZEROS = {"np.zeros", "np.zeros_like"}
@@ -95,7 +115,7 @@ class Mutant:
     """What a student would have done wrong who had written it."""
 
 
-Variants = Callable[[Site], Iterator[ast.AST]]
+Variants = Callable[[Site], Iterator[Change]]
 """What may stand in the place of a node."""
 
 
@@ -120,12 +140,12 @@ def changed(
     for site in _sites(tree):
         if not any(first < site.node.lineno < last for first, last in regions):
             continue
-        for variant in variants(site):
-            text = _with(source, tree, site, variant)
+        for change in variants(site):
+            text = _with(source, tree, site, change.variant)
             if text is not None and text not in seen:
                 seen.add(text)
                 function = _function_at(tree, site.node.lineno)
-                slip = slip_of(site, variant, _arguments(function))
+                slip = change.slip(site, _arguments(function))
                 name = function.name if function else ""
                 yield Mutant(exercise, name, text, *_changed_lines(source, text), slip)
 
@@ -155,7 +175,7 @@ def _sites(parent: ast.AST) -> Iterator[Site]:
                 yield from _sites(node)
 
 
-def variants(site: Site) -> Iterator[ast.AST]:
+def variants(site: Site) -> Iterator[Change]:
     """What may stand in a node's place."""
     node = site.node
     if isinstance(node, ast.stmt):
@@ -165,84 +185,101 @@ def variants(site: Site) -> Iterator[ast.AST]:
     if is_strict or isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
         return
     yield from _of_operator(node)
-    yield from _of_constant(node)
+    yield from _of_constant(site)
     yield from _of_name(node)
     if isinstance(node, ast.Call):
         yield from _of_call(node)
     yield from _of_place(site)
 
 
-def _of_statement(node: ast.stmt) -> Iterator[ast.AST]:
+def _of_statement(node: ast.stmt) -> Iterator[Change]:
     is_docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
     if not isinstance(node, KEPT) and not is_docstring:
-        yield ast.Pass()
+        lost = "not added" if isinstance(node, ast.AugAssign) else "step lost"
+        yield Change("case lost" if isinstance(node, ast.If) else lost, ast.Pass())
     if isinstance(node, ast.AugAssign) and type(node.op) in OPERATORS:
-        yield ast.AugAssign(node.target, OPERATORS[type(node.op)](), node.value)
+        other, kind = OPERATORS[type(node.op)]
+        yield Change(kind, ast.AugAssign(node.target, other(), node.value))
     if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple):
         parts = node.value.elts
         for n in range(len(parts) - 1):
             swapped = [*parts[:n], parts[n + 1], parts[n], *parts[n + 2 :]]
-            yield ast.Return(ast.Tuple(swapped, ast.Load()))
+            yield Change("parts swapped", ast.Return(ast.Tuple(swapped, ast.Load())))
 
 
-def _of_operator(node: ast.expr) -> Iterator[ast.AST]:
+def _of_operator(node: ast.expr) -> Iterator[Change]:
     if isinstance(node, ast.BinOp):
-        if type(node.op) in OPERATORS:
-            yield ast.BinOp(node.left, OPERATORS[type(node.op)](), node.right)
-        if isinstance(node.op, ast.MatMult):
-            yield ast.BinOp(node.right, node.op, node.left)
+        op = type(node.op)
+        if op in OPERATORS:
+            other, kind = OPERATORS[op]
+            about = node.left if op is ast.Pow else node
+            yield Change(kind, ast.BinOp(node.left, other(), node.right), about)
+        if op is ast.MatMult:
+            yield Change("order", ast.BinOp(node.right, node.op, node.left))
     elif isinstance(node, ast.BoolOp):
-        yield ast.BoolOp(ast.Or() if isinstance(node.op, ast.And) else ast.And(), node.values)
+        opposite = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        yield Change("logic", ast.BoolOp(opposite, node.values))
     elif isinstance(node, ast.UnaryOp) and not isinstance(node.op, ast.UAdd):
-        yield node.operand
+        is_truth = isinstance(node.op, ast.Not | ast.Invert)
+        yield Change("condition" if is_truth else "negated", node.operand)
     elif isinstance(node, ast.Compare):
-        for n, op in enumerate(node.ops):
-            for other in COMPARISONS[type(op)]:
-                ops = [*node.ops[:n], other(), *node.ops[n + 1 :]]
-                yield ast.Compare(node.left, ops, node.comparators)
+        for n, compared in enumerate(map(type, node.ops)):
+            for instead in COMPARISONS[compared]:
+                kind = "boundary" if {compared, instead} in _NEAR else "side"
+                ops = [*node.ops[:n], instead(), *node.ops[n + 1 :]]
+                yield Change(kind, ast.Compare(node.left, ops, node.comparators))
 
 
-def _of_constant(node: ast.expr) -> Iterator[ast.AST]:
-    value = getattr(node, "value", None) if isinstance(node, ast.Constant) else None
+def _of_constant(site: Site) -> Iterator[Change]:
+    node, parent = site.node, site.parent
+    value = node.value if isinstance(node, ast.Constant) else None
     if isinstance(value, bool):
-        yield ast.Constant(not value)
-    elif isinstance(value, float) and abs(value) >= FAR:
-        yield from (ast.Constant(value * 2), ast.Constant(value / 2))
+        yield Change("truth value", ast.Constant(not value))
     elif isinstance(value, int | float):
-        yield from (ast.Constant(other) for other in (value + 1, value - 1, value * 2))
+        is_far = isinstance(value, float) and abs(value) >= FAR
+        is_power = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Pow)
+        is_axis = isinstance(parent, ast.keyword) and parent.arg == "axis"
+        kind = "exponent" if is_power and site.field == "right" else "constant"
+        for other in (value * 2, value / 2) if is_far else (value + 1, value - 1, value * 2):
+            yield Change("axis" if is_axis else kind, ast.Constant(other))
 
 
-def _of_name(node: ast.expr) -> Iterator[ast.AST]:
+def _of_name(node: ast.expr) -> Iterator[Change]:
     if isinstance(node, ast.Name) and node.id in NAMES:
-        yield ast.Name(NAMES[node.id], node.ctx)
+        other, kind = NAMES[node.id]
+        yield Change(kind, ast.Name(other, node.ctx))
     elif isinstance(node, ast.Attribute):
         if node.attr in NAMES:
-            yield ast.Attribute(node.value, NAMES[node.attr], node.ctx)
+            other, kind = NAMES[node.attr]
+            yield Change(kind, ast.Attribute(node.value, other, node.ctx))
         elif node.attr == "T":
-            yield node.value
+            yield Change("transpose lost", node.value)
 
 
-def _of_call(node: ast.Call) -> Iterator[ast.AST]:
+def _of_call(node: ast.Call) -> Iterator[Change]:
     args, keywords = node.args, node.keywords
     for n, keyword in enumerate(keywords):
         if keyword.arg != STRICT:
-            yield ast.Call(node.func, args, keywords[:n] + keywords[n + 1 :])
+            kind = _OPTIONS.get(str(keyword.arg), "option")
+            yield Change(kind, ast.Call(node.func, args, keywords[:n] + keywords[n + 1 :]))
     if any(isinstance(arg, ast.Starred) for arg in args):
         return
-    name = ast.unparse(node.func).rpartition(".")[2]
+    name = called(node)
+    lost = _LOST.get(name, "function lost")
     if len(args) == 1 and name != "range" and not isinstance(args[0], ast.GeneratorExp):
-        yield args[0]  # sqrt(x) becomes x
+        yield Change(lost, args[0])  # sqrt(x) becomes x
     elif len(args) >= 2 and name not in SYMMETRIC and not name.startswith("logical_"):
-        yield ast.Call(node.func, [args[1], args[0], *args[2:]], keywords)
+        yield Change("order", ast.Call(node.func, [args[1], args[0], *args[2:]], keywords))
     elif not args and not keywords and isinstance(node.func, ast.Attribute):
-        yield node.func.value  # x.copy() becomes x
+        yield Change(lost, node.func.value)  # x.copy() becomes x
     if name in ("range", "arange"):
         for n, arg in enumerate(args):
             for other in _off_by_one(arg):
-                yield ast.Call(node.func, [*args[:n], other, *args[n + 1 :]], keywords)
+                changed = ast.Call(node.func, [*args[:n], other, *args[n + 1 :]], keywords)
+                yield Change("one off", changed)
 
 
-def _of_place(site: Site) -> Iterator[ast.AST]:
+def _of_place(site: Site) -> Iterator[Change]:
     """Changes that depend on where an expression stands."""
     parent, node = site.parent, site.node
     if not isinstance(node, ast.expr):
@@ -252,21 +289,23 @@ def _of_place(site: Site) -> Iterator[ast.AST]:
         isinstance(node, ast.Compare) and len(node.ops) == 1  # the opposite comparison
     )
     if (is_test or site.field == "ifs") and not is_told_already:
-        yield ast.UnaryOp(ast.Not(), node)
+        yield Change("condition", ast.UnaryOp(ast.Not(), node))
     # Of what is returned, and of each part of a tuple that is; and of what a name stands for.
     is_returned = isinstance(parent, ast.Return) or site.field == "elts"
     numbers = (ast.BinOp, ast.Call, ast.Name, ast.Subscript)
     is_computed = isinstance(parent, ast.Assign) and isinstance(node, numbers[:2])
     is_zero = isinstance(node, ast.Call) and ast.unparse(node.func) in ZEROS
     if not is_zero and (is_computed or (is_returned and isinstance(node, numbers))):
-        yield ast.UnaryOp(ast.USub(), node)
+        yield Change("negated", ast.UnaryOp(ast.USub(), node))
     if isinstance(node, ast.Slice):
-        yield from _of_slice(node)
-    elif isinstance(parent, ast.Subscript) and site.field == "slice":
-        yield from _off_by_one(node)
+        places = _of_slice(node)
+    else:
+        is_index = isinstance(parent, ast.Subscript) and site.field == "slice"
+        places = _off_by_one(node) if is_index else iter(())
+    yield from (Change("one off", other) for other in places)
 
 
-def _of_slice(node: ast.Slice) -> Iterator[ast.AST]:
+def _of_slice(node: ast.Slice) -> Iterator[ast.expr]:
     lower, upper = node.lower, node.upper
     for other in [ast.Constant(1)] if lower is None else _off_by_one(lower):
         yield ast.Slice(other, upper, node.step)

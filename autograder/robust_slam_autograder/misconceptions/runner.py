@@ -13,10 +13,11 @@ from multiprocessing.connection import Connection, Pipe
 from multiprocessing.context import ForkServerProcess
 
 from robust_slam_autograder.executor import guarded, trusted
+from robust_slam_autograder.misconceptions import bench as benches
 from robust_slam_autograder.misconceptions import survey
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.misconceptions.shapes import Shape
-from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.misconceptions.tables import Table
 
 TIMES_LONGER = 10.0
@@ -72,7 +73,7 @@ class Runner:
 def _serve(setting: Setting, connection: Connection) -> None:
     """Be the child: answer each request."""
     guarded.guard()
-    bench = setting.bench()
+    bench = benches.bench(setting)
     tables: dict[str, tuple[Table, float]] = {}
     while True:
         exercise, pair = connection.recv()

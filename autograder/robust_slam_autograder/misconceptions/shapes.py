@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,6 +33,24 @@ Digests = dict[str, tuple[str, ...]]
 """By aspect, the digest of what a test cell saw, and those of neighbouring cells."""
 
 
+@dataclass(frozen=True)
+class Seen:
+    """What a case saw of the functions that it called.
+
+    Without digests it hung, died, or cannot be compared.
+    """
+
+    digests: Digests = field(default_factory=dict)
+    told: bool = False
+    """Whether a value ended it, and not an exception."""
+    real: bool = False
+    """Whether it ended at numbers that are not whole."""
+    end: tuple[str, ...] = ()
+    """The traits of its last call."""
+    passed: Mapping[str, int] = field(default_factory=dict)
+    """Of a case that passed, by trait how many calls have it."""
+
+
 @dataclass
 class Shape:
     """What the failed cases of an exercise saw.
@@ -53,21 +71,13 @@ class Shape:
     passed: dict[str, int] = field(default_factory=dict)
     """By trait, how many calls of the cases that passed have it."""
 
-    def add(
-        self,
-        grade_id: str,
-        found: Digests,
-        *,
-        told: bool = False,
-        real: bool = False,
-        end: Iterable[str] = (),
-    ) -> None:
-        """Note a case that failed; without digests it hung, died, or cannot be compared."""
-        self.real |= real
-        self.ends[grade_id] = sorted(end)
-        self.failed[grade_id] = found
-        self.lost |= WHOLE not in found
-        self.told |= told
+    def add(self, grade_id: str, seen: Seen) -> None:
+        """Note a case that failed."""
+        self.real |= seen.real
+        self.ends[grade_id] = sorted(seen.end)
+        self.failed[grade_id] = seen.digests
+        self.lost |= WHOLE not in seen.digests
+        self.told |= seen.told
 
     def accept(self, passed: Mapping[str, int]) -> None:
         """Note a case that passed, by the traits of its calls."""
@@ -171,9 +181,11 @@ def _entries(calls: Sequence[Called], salt: str) -> Digests:
     return {name: tuple(one[0] for one in found), f"{AROUND}{len(calls)}": around}
 
 
-def end_of(trace: Trace) -> frozenset[str]:
-    """Return the traits of a test cell's last call."""
-    return traits.of_call(trace.calls[-1]) if trace.calls else frozenset()
+def seen_by(trace: Trace, salt: str, *, with_aspects: bool = True) -> Seen:
+    """Return what a test cell saw that failed; the traits of its last call are aspects too."""
+    found = of_trace(trace, salt, with_aspects=with_aspects)
+    end = traits.of_call(trace.calls[-1]) if with_aspects and trace.calls else ()
+    return Seen(found, not trace.raised, trace.is_real, tuple(end))
 
 
 def passed_by(trace: Trace) -> Mapping[str, int]:

@@ -10,8 +10,6 @@ import ast
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from robust_slam_autograder.misconceptions.site import Site
-
 SILENT = (
     *("any all", "case", "case lost", "compared with square", "condition lost", "constant"),
     *("copied", "entry", "function lost", "inf nan", "integers", "logic", "loop", "negated"),
@@ -102,28 +100,23 @@ FAMILIES: Mapping[str, frozenset[str]] = {
 _LESS = ("boundary", "exponent", "one off", "quotient", "side")
 GENERAL = frozenset({*FAMILIES, *(SENTENCES[kind] for kind in _LESS)})
 """Sentences that say less than a fact of the values does."""
-_PAIRS = {name: kind for kind in SENTENCES if len(parts := kind.split()) == 2 for name in parts}
-_PAIRS |= {
-    "argmin": "min max",
-    "argmax": "min max",
-    "minimum": "min max",
-    "maximum": "min max",
-    "logical_and": "logic",
-    "logical_or": "logic",
-}
-_LOST = {
-    "square": "square lost",
-    "sqrt": "root lost",
-    "abs": "size lost",
-    "log": "logarithm lost",
-    "log1p": "logarithm lost",
-    "sum": "sum lost",
-    "inv": "inverse lost",
-    "pinv": "inverse lost",
-    "transpose": "transpose lost",
-    "copy": "copied",
-}
-_ADDED = {"sqrt": "root added", "abs": "size added", "square": "square added"}
+
+
+@dataclass(frozen=True)
+class Site:
+    """A node of a program's tree that may be changed, and where its parent holds it."""
+
+    parent: ast.AST
+    field: str
+    index: int | None
+    node: ast.expr | ast.stmt
+
+    def put(self, node: ast.AST) -> None:
+        """Put another node in its place."""
+        if self.index is None:
+            setattr(self.parent, self.field, node)
+        else:
+            getattr(self.parent, self.field)[self.index] = node
 
 
 @dataclass(frozen=True)
@@ -160,160 +153,39 @@ def common(slips: Collection[Slip]) -> str:
     return next((told for told, family in FAMILIES.items() if kinds <= family), "")
 
 
-def slip_of(site: Site, variant: ast.AST, arguments: frozenset[str]) -> Slip:
-    """Tell which slip a change is.
+@dataclass(frozen=True)
+class Change:
+    """What may stand in a node's place, and which slip that is."""
 
-    Args:
-        site: what was changed.
-        variant: what stands there now.
-        arguments: of the function that it stands in.
-    """
-    node = site.node
-    kind, part = _kind(site, node, variant)
-    names = {one.id for one in ast.walk(part) if isinstance(one, ast.Name)}
-    place = tuple(sorted(names & arguments)) if "{}" in SENTENCES[kind] else ()
-    return Slip(kind, place if len(place) == 1 else ())
+    kind: str
+    """A key of ``SENTENCES``."""
+    variant: ast.AST
+    about: ast.AST | None = None
+    """Of the node what the slip is about, where that is not all of it."""
 
-
-def _kind(site: Site, node: ast.AST, variant: ast.AST) -> tuple[str, ast.AST]:
-    if isinstance(node, ast.stmt):
-        return _of_statement(node, variant), node
-    if isinstance(variant, ast.UnaryOp) and variant.operand is node:
-        return ("condition" if isinstance(variant.op, ast.Not) else "negated"), node
-    if isinstance(site.parent, ast.While) and site.field == "test":
-        return "loop", node
-    if isinstance(site.parent, ast.If | ast.IfExp) and isinstance(variant, ast.Constant):
-        return "case", node
-    if isinstance(node, ast.Slice) or _is_off_by_one(site, variant):
-        return "one off", node
-    if isinstance(node, ast.Constant):
-        return _of_constant(site, node), node
-    if (added := _added(node, variant)) is not None:
-        return added, node
-    if isinstance(node, ast.BinOp):
-        return _of_operator(node, variant)
-    if isinstance(node, ast.Call):
-        return _of_call(node, variant), node
-    return _of_other(node, variant), node
+    def slip(self, site: Site, arguments: frozenset[str]) -> Slip:
+        """Return the slip, where the change is made at a site of a function of these arguments."""
+        kind = _of_place(site, self.variant) or self.kind
+        names = {one.id for one in ast.walk(self.about or site.node) if isinstance(one, ast.Name)}
+        place = tuple(sorted(names & arguments)) if "{}" in SENTENCES[kind] else ()
+        return Slip(kind, place if len(place) == 1 else ())
 
 
-def _of_statement(node: ast.stmt, variant: ast.AST) -> str:
-    if isinstance(variant, ast.For | ast.While):
-        return "one step"
-    if isinstance(variant, ast.AugAssign):
-        return "sign" if isinstance(variant.op, ast.Add | ast.Sub) else "quotient"
-    if isinstance(node, ast.Return) and isinstance(variant, ast.Return):
-        if isinstance(variant.value, ast.Call) and not isinstance(node.value, ast.Tuple):
-            return "flat"
-        return "parts swapped" if isinstance(variant.value, ast.Tuple) else "part"
-    if isinstance(node, ast.AugAssign):
-        return "not added"
-    return "case lost" if isinstance(node, ast.If) else "step lost"
+def _of_place(site: Site, variant: ast.AST) -> str:
+    """Return the kind of a change whose place says more than what is changed; or nothing."""
+    parent, field, node = site.parent, site.field, site.node
+    is_around = isinstance(variant, ast.UnaryOp) and variant.operand is node
+    if is_around or isinstance(node, ast.stmt):
+        return ""
+    if isinstance(parent, ast.While) and field == "test":
+        return "loop"
+    if isinstance(parent, ast.If | ast.IfExp) and isinstance(variant, ast.Constant):
+        return "case"
+    is_range = isinstance(parent, ast.Call) and called(parent) in ("range", "arange")
+    is_index = isinstance(parent, ast.Subscript) and field == "slice"
+    return "one off" if is_index or (is_range and field == "args") else ""
 
 
-def _is_off_by_one(site: Site, variant: ast.AST) -> bool:
-    is_index = isinstance(site.parent, ast.Subscript) and site.field == "slice"
-    name = ast.unparse(site.parent.func) if isinstance(site.parent, ast.Call) else ""
-    is_range = name.rpartition(".")[2] in ("range", "arange") and site.field == "args"
-    return is_index or is_range
-
-
-def _of_constant(site: Site, node: ast.Constant) -> str:
-    if isinstance(node.value, bool):
-        return "truth value"
-    if isinstance(site.parent, ast.keyword) and site.parent.arg == "axis":
-        return "axis"
-    is_power = isinstance(site.parent, ast.BinOp) and isinstance(site.parent.op, ast.Pow)
-    return "exponent" if is_power and site.field == "right" else "constant"
-
-
-def _added(node: ast.AST, variant: ast.AST) -> str | None:
-    """Tell what was put around a node."""
-    if isinstance(variant, ast.BinOp) and isinstance(variant.op, ast.Pow) and variant.left is node:
-        return "square added"
-    if isinstance(variant, ast.Call) and variant.args and variant.args[0] is node:
-        return _ADDED.get(_name(variant))
-    return None
-
-
-def _of_operator(node: ast.BinOp, variant: ast.AST) -> tuple[str, ast.AST]:
-    is_power, is_quotient = isinstance(node.op, ast.Pow), isinstance(node.op, ast.Div)
-    if variant in (node.left, node.right):
-        left_out = node.right if variant is node.left else node.left
-        if is_power:
-            is_square = isinstance(node.right, ast.Constant) and node.right.value == 2
-            return ("square lost" if is_square else "power"), node.left
-        if isinstance(node.op, ast.Add | ast.Sub):
-            return "term lost", left_out
-        if is_quotient:
-            return ("divisor lost" if variant is node.left else "factor lost"), left_out
-        return "factor lost", left_out
-    if isinstance(variant, ast.Call):
-        return ("size for square" if _name(variant) == "abs" else "power"), node.left
-    if isinstance(variant, ast.BinOp) and variant.left is node.right:
-        kinds = {ast.Sub: "turned round", ast.Div: "upside down"}
-        return kinds.get(type(node.op), "order"), node
-    if is_power:
-        return "twice for square", node.left
-    kinds = {
-        ast.Add: "sign",
-        ast.Sub: "sign",
-        ast.MatMult: "elementwise",
-        ast.BitAnd: "logic",
-        ast.BitOr: "logic",
-    }
-    return kinds.get(type(node.op), "quotient"), node
-
-
-def _of_call(node: ast.Call, variant: ast.AST) -> str:
-    name = _name(node)
-    if name == "sum" and isinstance(variant, ast.BinOp):
-        return "sum before square"
-    if name == "sum" and isinstance(variant, ast.Call) and _name(variant) == "max":
-        return "largest for sum"
-    if isinstance(variant, ast.Call) and variant.func is node.func:
-        left_out = {one.arg for one in node.keywords} - {one.arg for one in variant.keywords}
-        if left_out:
-            kinds = {"axis": "axis", "keepdims": "axis", "dtype": "integers"}
-            return kinds.get(str(left_out.pop()), "option")
-        return "order"
-    if name == "where":
-        return "condition" if isinstance(variant, ast.Call) else "case"
-    if name in ("maximum", "minimum", "clip", "max", "min"):
-        return "bounded" if variant in node.args[1:] else "bound lost"
-    if name in ("mean", "average") and isinstance(variant, ast.Call):
-        return "median"
-    if name == "square" and variant not in node.args:
-        return "size for square" if isinstance(variant, ast.Call) else "twice for square"
-    return _LOST.get(name, "function lost")
-
-
-def _of_other(node: ast.AST, variant: ast.AST) -> str:
-    if isinstance(node, ast.Name | ast.Attribute) and isinstance(variant, type(node)):
-        name = node.id if isinstance(node, ast.Name) else node.attr
-        return _PAIRS.get(name, "transpose lost" if name == "T" else "constant")
-    if isinstance(node, ast.Attribute):
-        return "transpose lost"
-    if isinstance(node, ast.BoolOp):
-        return "logic" if isinstance(variant, ast.BoolOp) else "condition lost"
-    if isinstance(node, ast.UnaryOp):
-        return "condition" if isinstance(node.op, ast.Not | ast.Invert) else "negated"
-    if isinstance(node, ast.Compare) and isinstance(variant, ast.Compare):
-        return _of_comparison(node, variant)
-    return "entry" if isinstance(node, ast.Subscript) else "step lost"
-
-
-def _of_comparison(node: ast.Compare, variant: ast.Compare) -> str:
-    if variant.left is not node.left or variant.comparators != node.comparators:
-        return "compared with square"
-    pairs = [
-        (type(old), type(new))
-        for old, new in zip(node.ops, variant.ops, strict=True)
-        if old is not new
-    ]
-    near = {(ast.Lt, ast.LtE), (ast.LtE, ast.Lt), (ast.Gt, ast.GtE), (ast.GtE, ast.Gt)}
-    return "boundary" if set(pairs) <= near else "side"
-
-
-def _name(call: ast.Call) -> str:
-    return ast.unparse(call.func).rpartition(".")[2]
+def called(node: ast.Call) -> str:
+    """Return the name of what a call calls, without its module."""
+    return ast.unparse(node.func).rpartition(".")[2]

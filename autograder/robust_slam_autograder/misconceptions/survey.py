@@ -11,18 +11,16 @@ import signal
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.executor.seeds import PUBLIC_SEED
 from robust_slam_autograder.misconceptions import bench as benches
-from robust_slam_autograder.misconceptions.bench import Bench
+from robust_slam_autograder.misconceptions.bench import Bench, Setting
 from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
-from robust_slam_autograder.misconceptions.shapes import Shape, salt_of
+from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.misconceptions.tables import Right, Table, arguments_of, sealed
-from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.labelled import Answer
 
 SHORTEST = 0.05
@@ -37,39 +35,16 @@ BACKSTOP = 10.0
 """Then the kernel ends the process: it computes in C, where nothing interrupts it."""
 
 Choice = Callable[[Bench], Iterable[Candidate]]
-Run = guarded.Run[tuple[int, Candidate, Shape]]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Under which circumstances candidates run; its fields are those of ``bench``."""
-
-    path: Path
-    assignment: Assignment
-    seed: int
-    whole: bool
-
-    def bench(self) -> Bench:
-        """Run the instructor's notebook."""
-        salt = salt_of(self.seed, whole=self.whole)
-        return benches.bench(
-            self.path, self.assignment, seed=self.seed, whole=self.whole, salt=salt
-        )
 
 
 def shapes_of(
-    setting: Setting,
-    exercise: str,
-    choice: Choice,
-    *,
-    with_aspects: bool = False,
-    run: Run = guarded.guarded,
+    setting: Setting, exercise: str, choice: Choice, *, with_aspects: bool = False
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield those that a label may fit.
 
     The arguments are those of ``measured``.
     """
-    for candidate, shape in measured(setting, exercise, choice, with_aspects, run):
+    for candidate, shape in measured(setting, exercise, choice, with_aspects):
         if shape.is_known or (with_aspects and shape.has_ends):
             yield candidate, shape
 
@@ -79,7 +54,6 @@ def measured(
     exercise: str,
     choice: Choice,
     with_aspects: bool = False,
-    run: Run = guarded.guarded,
     longer: float = 1.0,
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield each with what these saw.
@@ -89,7 +63,6 @@ def measured(
         exercise: its name.
         choice: which candidates, always in the same order.
         with_aspects: whether these are wanted too.
-        run: what runs them.
         longer: by what factor a candidate may take longer than others do.
 
     Raises:
@@ -99,7 +72,7 @@ def measured(
     while not is_over:
         work = functools.partial(_measured, setting, exercise, choice, start, with_aspects, longer)
         try:
-            for number, candidate, shape in run(work):
+            for number, candidate, shape in guarded.guarded(work):
                 start = number + 1
                 yield candidate, shape
             is_over = True
@@ -110,7 +83,7 @@ def measured(
 def _measured(
     setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool, longer: float
 ) -> Iterator[tuple[int, Candidate, Shape]]:
-    bench = setting.bench()
+    bench = benches.bench(setting)
     right = bench.right(exercise, with_aspects=False)
     seconds = longer * seconds_of(bench, exercise, right)
     started = time.process_time()
@@ -173,11 +146,12 @@ def _soon(seconds: float) -> Iterator[None]:
 def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[Candidate]:
     """Return one candidate for each way to be wrong that has a name."""
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
-    found = named(
+    groups = alike(
         (replace(candidate, fails=tuple(shape.failed)), shape.keys())
         for candidate, shape in shapes_of(setting, exercise, choice)
         if counts(candidate, shape)
     )
+    found = [one for group in groups.values() if (one := chosen(group)) is not None]
     public = replace(setting, seed=PUBLIC_SEED, whole=False)
     seen = measured(
         public, exercise, lambda bench: found, with_aspects=True, longer=WRITTEN_LONGER
@@ -194,25 +168,15 @@ def counts(candidate: Candidate, shape: Shape) -> bool:
     return shape.real and (len(shape.failed) > 1 or not (is_vague or candidate.origin == WRITTEN))
 
 
-def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:
-    """Put candidates that cannot be told apart together, and return those that have a name."""
-    return [one for group in _alike(measured).values() if (one := chosen(group)) is not None]
-
-
-def labels(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> dict[str, str]:
-    """Return by key the sentence of candidates that cannot be told apart; empty without one."""
-    named = {key: chosen(group) for key, group in _alike(measured).items()}
-    return {key: one.sentence if one is not None else "" for key, one in named.items()}
-
-
-def _alike(
+def alike(
     measured: Iterable[tuple[Candidate, tuple[str, ...]]],
 ) -> Mapping[str, list[Candidate]]:
-    alike: dict[str, list[Candidate]] = defaultdict(list)
+    """Put candidates that cannot be told apart together, by the first of their keys."""
+    found: dict[str, list[Candidate]] = defaultdict(list)
     for candidate, keys in measured:
         if keys:
-            alike[next((key for key in keys if key in alike), keys[0])].append(candidate)
-    return alike
+            found[next((key for key in keys if key in found), keys[0])].append(candidate)
+    return found
 
 
 def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
@@ -221,13 +185,9 @@ def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
     Raises:
         ValueError: the solution itself loses a case.
     """
-    return replace(right(setting, exercise), labels=labels_of(setting, exercise, known))
-
-
-def labels_of(setting: Setting, exercise: str, known: Sequence[Candidate]) -> dict[str, str]:
-    """Return the sealed labels of a table, as far as some candidates have them."""
+    (rest,) = guarded.guarded(lambda: iter([right_of(benches.bench(setting), exercise)]))
     found = shapes_of(setting, exercise, lambda bench: known)
-    return one_each((candidate, shape.keys()) for candidate, shape in found)
+    return replace(rest, labels=one_each((one, shape.keys()) for one, shape in found))
 
 
 def one_each(found: Iterable[tuple[Candidate, Sequence[str]]]) -> dict[str, str]:
@@ -240,23 +200,12 @@ def one_each(found: Iterable[tuple[Candidate, Sequence[str]]]) -> dict[str, str]
     return sealed(labels)
 
 
-def right(setting: Setting, exercise: str) -> Table:
+def right_of(bench: Bench, exercise: str) -> Table:
     """Return a table without labels.
 
     Raises:
         ValueError: the solution itself loses a case.
     """
-    run: guarded.Run[Table] = guarded.guarded
-    (found,) = run(functools.partial(_right, setting, exercise))
-    return found
-
-
-def _right(setting: Setting, exercise: str) -> Iterator[Table]:
-    yield right_of(setting.bench(), exercise)
-
-
-def right_of(bench: Bench, exercise: str) -> Table:
-    """Return a table without labels, as ``right`` does, in this process."""
     first = next(iter(bench.functions(exercise).values()), None)
     right = bench.right(exercise)
     return Table({}, right, arguments_of(first), tuple(sorted(bench.words.get(exercise, ()))))

@@ -17,7 +17,7 @@ from nbgrader.preprocessors import SaveCells
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.executor.seeds import PUBLIC_SEED
 from robust_slam_autograder.misconceptions import known, survey, tables
-from robust_slam_autograder.misconceptions.survey import Setting
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels

@@ -19,8 +19,8 @@ from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.misconceptions import known, survey
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.known import Known
-from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES

@@ -15,11 +15,12 @@ from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.misconceptions import aspects, known, shapes, survey, tables, traits
+from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import FACT, WRITTEN, Candidate, chosen
 from robust_slam_autograder.misconceptions.known import Known
 from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace, parts_of
 from robust_slam_autograder.misconceptions.runner import Runner
-from robust_slam_autograder.misconceptions.survey import Setting
+from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
 
@@ -210,7 +211,7 @@ def test_a_piece_that_is_not_right_is_told_by_the_solution_s_own_name(
     )
     shape = shapes.Shape()
     for name in "ab":
-        shape.add(name, of_calls(mine), told=True, real=True)
+        shape.add(name, Seen(of_calls(mine), told=True, real=True))
     assert table.sentence(shape) == told
     assert table.sentence(shapes.Shape()) == ""
 
@@ -219,7 +220,7 @@ def test_a_piece_that_is_not_right_is_told_by_the_solution_s_own_name(
 def test_words_and_whole_numbers_name_no_slip_however_many_cases_they_fail(value: object) -> None:
     shape = shapes.Shape()
     for name in "abcdef":
-        shape.add(name, of_calls(value), told=True)
+        shape.add(name, Seen(of_calls(value), told=True))
     assert not survey.counts(Candidate(FACT, "`x` were squared", fact="0"), shape)
 
 
