@@ -6,11 +6,9 @@ import argparse
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.commands import places
-from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lint import RULES, Finding, lint
 from robust_slam_autograder.reading import assignment as assignments
 
@@ -18,13 +16,7 @@ from robust_slam_autograder.reading import assignment as assignments
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("lint", help="look at the instructor's tests for weak ones")
-    places.add(parser, "names")
-    parser.add_argument(
-        "--answers",
-        type=Path,
-        metavar="DIR",
-        help="right and wrong answers, DIR/<assignment>/<exercise>.toml: each exercise needs both",
-    )
+    places.add(parser, "names", "--answers")
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--json", action="store_true", help="the findings as JSON")
     parser.add_argument("--rules", action="store_true", help="say the rules, and do nothing else")
@@ -38,8 +30,7 @@ def run(options: argparse.Namespace) -> int:
         for rule in RULES:
             print(f"{rule.name:{width}}  {rule.severity:7}  {rule.summary}")
         return 0
-    if options.answers is not None and not options.answers.is_dir():
-        raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
+    places.refuse_no_answers(options)
     names = assignments.chosen(options.solutions, options.names)
     paths = [assignments.notebook_path(options.solutions / name) for name in names]
     found = [finding for path in paths for finding in lint(path, options.answers)]

@@ -40,6 +40,11 @@ _OPTIONS: Mapping[str, Mapping[str, Any]] = {
         "metavar": "DIR",
         "help": "what autograder misconceptions has written, to name what was misunderstood",
     },
+    "--answers": {
+        "type": Path,
+        "metavar": "DIR",
+        "help": "right and wrong answers, DIR/<assignment>/<exercise>.toml",
+    },
     "--gradebook": {
         "metavar": "URL",
         "help": f"a shared gradebook, postgresql://HOST/NAME; default: ${DATABASE_VARIABLE}, "
@@ -73,6 +78,16 @@ def add(parser: argparse.ArgumentParser, *options: str) -> None:
     """Declare some of the options that several commands have."""
     for option in options:
         parser.add_argument(option, **_OPTIONS[option])
+
+
+def refuse_no_answers(options: argparse.Namespace) -> None:
+    """Refuse answers from a folder that is not there.
+
+    Raises:
+        WrongUse: ``--answers`` names it.
+    """
+    if options.answers is not None and not options.answers.is_dir():
+        raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
 
 
 def gradebook(options: argparse.Namespace) -> Location:

@@ -12,7 +12,7 @@ import json
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +69,7 @@ def publish(tree: Path, out: Path) -> list[str]:
             _copy(tree / public.readme, made / "README.md")
         release(tree, [], made / public.assignments)
         _add_install_cells(made / public.book, course)
-        _look_for_secrets(tree, made, _known(public))
+        _look_for_secrets(tree, made, public)
         _refuse_private_imports(course.root, made)
         written = sorted(p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file())
         staging.put(made, out.resolve())
@@ -140,27 +140,20 @@ def install_cell(
     }
 
 
-def _known(public: Public) -> Callable[[str], set[str]]:
-    """The lines that a file may hold; an assignment's archive holds the packages' files too."""
-    everywhere = {line for lines in public.known.values() for line in lines}
-
-    def known(path: str) -> set[str]:
-        is_archive = path.startswith(f"{public.assignments}/") and path.endswith(".zip")
-        return everywhere if is_archive else set(public.known.get(path, ()))
-
-    return known
-
-
-def _look_for_secrets(tree: Path, made: Path, known: Callable[[str], set[str]]) -> None:
-    """Look for lines of solutions and hidden tests in the copy."""
+def _look_for_secrets(tree: Path, made: Path, public: Public) -> None:
+    """Look for lines of solutions and hidden tests in the copy, but for those that are known."""
     secrets: dict[str, str] = {}
     for name in assignments.find_names(tree):
         found = secret_lines.secrets_of(assignments.notebook_path(tree / name))
         secrets |= dict.fromkeys(found, name)
+    everywhere = {line for lines in public.known.values() for line in lines}
     # Archives last: they hold copies, and a file is easier to change than an archive.
     files = sorted(secret_lines.lines_below(made), key=lambda file: file[0].endswith(".zip"))
     for path, lines in files:
-        for line in sorted(lines & secrets.keys() - known(path)):
+        # An assignment's archive holds the packages' files too.
+        is_archive = path.startswith(f"{public.assignments}/") and path.endswith(".zip")
+        known = everywhere if is_archive else set(public.known.get(path, ()))
+        for line in sorted(lines & secrets.keys() - known):
             raise GraderFailure(
                 f"{path} would tell a line of a solution or a hidden test of {secrets[line]} "
                 f"({line}): leave the file out in {COURSE_NAME}, change one of the two, or list "

@@ -63,17 +63,6 @@ class Part:
     student: str
 
     @property
-    def page(self) -> str:
-        """Return the address of the assignment's page from the student's; empty without one."""
-        return self.group.page and f"../{self.group.page}"
-
-    @property
-    def feedback(self) -> str:
-        """Return the address of the feedback from the student's page; empty without one."""
-        link = self.group.links.get(self.student, "")
-        return link and f"../{link}"
-
-    @property
     def result(self) -> Result | None:
         """Return the result; None where nothing was handed in."""
         return self.group.results.get(self.student)

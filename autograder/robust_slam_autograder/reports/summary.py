@@ -61,20 +61,13 @@ def _reason(result: Result) -> str:
 def as_markdown(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
     """Return the batch as a Markdown table."""
     columns = ["student"] * names + ["assignment", "mark", "outcome"]
-    rows = [_row(result, names=names) for result in _ordered(marks, names=names)]
-    table = [columns, ["---"] * len(columns), *rows]
+    table = [columns, ["---"] * len(columns)]
+    for result in _ordered(marks, names=names):
+        mark, outcome = f"{result.score}/{result.max_score}", _outcome(result, names=names)
+        table.append([cell(result.student)] * names + [cell(result.assignment), mark, outcome])
     told = ", ".join(f"{counts[key]} {key}" for key in ("graded", "refused", "failed"))
     lines = ["## Grading", "", f"{told}.", "", *(f"| {' | '.join(row)} |" for row in table)]
     return "\n".join(lines) + "\n"
-
-
-def _row(result: Result, *, names: bool) -> list[str]:
-    mark = f"{result.score}/{result.max_score}"
-    return [cell(result.student)] * names + [
-        cell(result.assignment),
-        mark,
-        _outcome(result, names=names),
-    ]
 
 
 def _outcome(result: Result, *, names: bool) -> str:
