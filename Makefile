@@ -151,8 +151,9 @@ quick-tests: setup-dev $(FONTS)
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@echo 'make test checks style and types, collects Python for the pages, builds the book and runs all tests.'
 	@$(install)
-	@$(MAKE) -j 3 try-runtime notebooks check
-	@$(MAKE) book
+	@$(MAKE) -j 2 try-runtime notebooks
+	@# Sphinx takes one core, and checks the other.
+	@$(MAKE) -j 2 book check
 	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
 		--dist loadfile --no-loadscope-reorder
 
