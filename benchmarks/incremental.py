@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator
 
 # It is read when numpy is first imported.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -45,23 +45,19 @@ def arrivals(graph: PoseGraph) -> list[Indices]:
     return np.split(order, np.searchsorted(last[order], np.arange(2, graph.n)))
 
 
-def grow(
-    graph: PoseGraph, watch: Callable[[GrowingMap, int], None] = lambda growing, pose: None
-) -> tuple[Array, GrowingMap]:
-    """Return the CPU seconds of each pose from pose 2 on, and the map at the end."""
+def grow(graph: PoseGraph) -> Iterator[tuple[int, float, GrowingMap]]:
+    """Yield each pose from pose 2 on, the CPU seconds that it took, and the map so far."""
 
     def rows(chosen: Indices) -> dict[str, Array]:
         return {name: getattr(graph, name)[chosen] for name in ROWS}
 
     first, *others = arrivals(graph)
-    growing, seconds = GrowingMap(PoseGraph(2, **rows(first))), []
+    growing = GrowingMap(PoseGraph(2, **rows(first)))
     for pose, chosen in enumerate(tqdm(others, desc="ours", leave=False, disable=None), 2):
         given = rows(chosen)
         began = time.process_time()
         growing.add(**given)
-        seconds.append(time.process_time() - began)
-        watch(growing, pose)
-    return np.array(seconds), growing
+        yield pose, time.process_time() - began, growing
 
 
 def isam2(graph: PoseGraph) -> Array:
@@ -106,27 +102,17 @@ def ratios(ours: Array, theirs: Array) -> str:
     return ", ".join(f"{word} {of(theirs) / of(ours):.2f}" for word, of in words)
 
 
-class Compared:
-    """Counts how the growing map's decisions differ from the batch's, at some of the poses."""
-
-    def __init__(self, every: int, last: int, is_outlier: Mask) -> None:
-        self.every, self.last, self.is_outlier = every, last, is_outlier
-        self.lines: list[str] = []
-
-    def __call__(self, growing: GrowingMap, pose: int) -> None:
-        """Compare at every so many poses and at the last one."""
-        if not self.every or (pose % self.every and pose != self.last):
-            return
-        wrong = growing.kept & self.is_outlier[: growing.kept.size]
-        differ = int(np.sum(solve(growing.graph).kept != growing.kept))
-        closures = int(np.sum(~growing.graph.is_odometry))
-        self.lines.append(
-            f"pose {pose}: {differ} of {closures} decisions differ, "
-            f"{int(wrong.sum())} outliers kept"
-        )
+def compared(growing: GrowingMap, pose: int, is_outlier: Mask) -> str:
+    """Return how the growing map's decisions differ from the batch's."""
+    wrong = growing.kept & is_outlier[: growing.kept.size]
+    differ = int(np.sum(solve(growing.graph).kept != growing.kept))
+    closures = int(np.sum(~growing.graph.is_odometry))
+    return (
+        f"pose {pose}: {differ} of {closures} decisions differ, {int(wrong.sum())} outliers kept"
+    )
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main() -> None:
     """Measure both sides and print parameters, times and ratios."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -134,7 +120,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--every", type=int, default=0, help="compare with rs.solve at every so many poses, too"
     )
-    every = parser.parse_args(arguments).every
+    every = parser.parse_args().every
     clean = load(NAME)
     count = round(SHARE * np.sum(~clean.is_odometry))
     truth = gauss_newton(clean, start.chordal(clean))
@@ -145,20 +131,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"{SKIPPED} poses"
     )
     theirs = isam2(clean)
-    ours, _ = grow(clean)
-    order = np.concatenate(arrivals(spoiled))
-    compared = Compared(every, clean.n - 1, is_outlier[order])
-    robust, growing = grow(spoiled, compared)
-    for name, seconds in (("iSAM2", theirs), ("ours", ours), ("ours with outliers", robust)):
-        print(line(name, seconds))
+    ours = np.array([seconds for _, seconds, _ in grow(clean)])
+    is_outlier = is_outlier[np.concatenate(arrivals(spoiled))]
+    spent, told = [], []
+    for pose, seconds, growing in grow(spoiled):
+        spent.append(seconds)
+        if every and (pose % every == 0 or pose == clean.n - 1):
+            told.append(compared(growing, pose, is_outlier))
+    robust = np.array(spent)
+    for name, times in (("iSAM2", theirs), ("ours", ours), ("ours with outliers", robust)):
+        print(line(name, times))
     print(f"ratio incremental/clean {ratios(ours, theirs)}")
     print(f"ratio incremental/outliers {ratios(robust, theirs)}")
-    for told in compared.lines:
-        print(told)
+    print(*told, sep="\n", end="\n" if told else "")
     began = time.process_time()
     answer = growing.answer()
     differ = int(np.sum(answer.kept != growing.kept))
-    wrong = int(np.sum(answer.kept & is_outlier[order]))
+    wrong = int(np.sum(answer.kept & is_outlier))
     print(
         f"answer() takes {time.process_time() - began:.1f} s and changes {differ} decisions; "
         f"{wrong} outliers kept"

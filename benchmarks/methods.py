@@ -361,7 +361,7 @@ def available() -> list[str]:
     return [name for name in METHODS if name not in GTSAM or gtsam is not None]
 
 
-def run(name: str, world: Made, steps: int = STEPS) -> Score:
+def run(name: str, world: Made) -> Score:
     """Return the score of one method on one spoiled graph.
 
     Raises:
@@ -371,7 +371,7 @@ def run(name: str, world: Made, steps: int = STEPS) -> Score:
     c = chi_square_threshold(PROBABILITY, world.graph.group.DOF)
     with counted() as count:
         correct = pose_graph.select(world.honest, ~world.is_outlier)
-        problem = Budgeted(correct if name == ORACLE else world.graph, count, steps)
+        problem = Budgeted(correct if name == ORACLE else world.graph, count)
         began = time.process_time()
         found = METHODS[name](problem, c)
         seconds = time.process_time() - began
@@ -433,17 +433,17 @@ class Count:
 @contextmanager
 def counted() -> Iterator[Count]:
     """Count the linear solves of the library while the context lasts."""
-    count, original = Count(), NormalEquations.minimise
+    count, original = Count(), NormalEquations._minimise
 
     def minimise(self: NormalEquations, *arguments: Array | None) -> Array:
         count.solves += 1
         return original(self, *arguments)  # type: ignore[arg-type]
 
-    NormalEquations.minimise = minimise  # type: ignore[method-assign, assignment]
+    NormalEquations._minimise = minimise  # type: ignore[method-assign, assignment]
     try:
         yield count
     finally:
-        NormalEquations.minimise = original  # type: ignore[method-assign]
+        NormalEquations._minimise = original  # type: ignore[method-assign]
 
 
 class Budgeted(PoseGraphProblem):
@@ -452,8 +452,8 @@ class Budgeted(PoseGraphProblem):
     A loop that reweights is then at rest.
     """
 
-    def __init__(self, graph: PoseGraph, count: Count, steps: int = STEPS) -> None:
-        super().__init__(graph, steps=steps)
+    def __init__(self, graph: PoseGraph, count: Count) -> None:
+        super().__init__(graph, steps=STEPS)
         self._count = count
 
     def solve(self, weights: Array, x: Array) -> Array:
