@@ -37,9 +37,10 @@ def file_of(target: str, out: Path) -> Path:
 
 
 @pytest.mark.parametrize("target", init_ci.TARGETS)
-def test_a_target_is_one_file_and_says_what_to_do_next(course, tmp_path, target, capsys):
+def test_a_target_is_one_file_that_is_replaced_only_by_force(course, tmp_path, target, capsys):
     out = tmp_path / "clean"
-    assert cli.main(["init-ci", target, "--out", str(out)]) == 0
+    command = ["init-ci", target, "--out", str(out)]
+    assert cli.main(command) == 0
     path = file_of(target, out)
     assert [out / name for name in world.files(out)] == [path]
     told = capsys.readouterr().out
@@ -47,6 +48,11 @@ def test_a_target_is_one_file_and_says_what_to_do_next(course, tmp_path, target,
     if path.suffix != ".zip":
         text = path.read_text("utf-8")
         assert yaml.safe_load(text) and not re.search(r"@[A-Z_]+@", text)
+    path.write_text("mine")
+    assert cli.main(command) == 2 and path.read_text() == "mine"
+    assert "is there already: --force replaces it" in capsys.readouterr().err
+    assert cli.main([*command, "--force"]) == 0 and path.read_bytes() != b"mine"
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 @pytest.mark.parametrize("out", [".", "build/new", "class/tracked"])
@@ -61,20 +67,6 @@ def test_an_archive_goes_where_git_does_not_take_it_over(course, out, capsys):
     assert f"{toy.NAME}.zip would hold hidden tests, answers" in told and "class/" in told
     assert not (course / out / f"{toy.NAME}.zip").exists() or not tracked.stat().st_size
     assert cli.main(["init-ci", "gradescope"]) == 0
-
-
-@pytest.mark.parametrize("target", init_ci.TARGETS)
-def test_what_is_there_stays_unless_forced(course, tmp_path, target, capsys):
-    command = ["init-ci", target, "--out", str(tmp_path / "out")]
-    path = file_of(target, tmp_path / "out")
-    path.parent.mkdir(parents=True)
-    path.write_text("mine")
-    assert cli.main(command) == 2
-    assert path.read_text() == "mine"
-    assert "is there already: --force replaces it" in capsys.readouterr().err
-    assert cli.main([*command, "--force"]) == 0
-    assert path.read_bytes() != b"mine"
-    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 def test_students_install_from_the_public_repository(course):

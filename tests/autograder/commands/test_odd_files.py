@@ -60,7 +60,6 @@ KINDS: dict[str, Callable[[Path], object]] = {
     "device": lambda path: path.symlink_to("/dev/zero"),
     "neighbour": lambda path: path.symlink_to(f"../ada/{toy.NAME}"),
 }
-PLACES_THERE = Places()
 PLACES = ("alice.ipynb", f"{toy.NAME}.ipynb", "notes", ".DS_Store", "__MACOSX", "week 1")
 
 
@@ -87,7 +86,7 @@ def is_harmless(text: str) -> bool:
 
 def read(paths: list[Path], **options: str) -> tuple[dict[Path, str], list[Path]]:
     """By path whose work it is, and the paths that are left out."""
-    reader = Reader(NAMES, options.get("assignment"), options.get("student"), PLACES_THERE)
+    reader = Reader(NAMES, options.get("assignment"), options.get("student"), Places())
     claims, strays = reader.read([path.absolute() for path in paths])
     return {claim.path: claim.student for claim in claims}, [stray.path for stray in strays]
 

@@ -68,21 +68,24 @@ def test_each_assignment_has_a_page_and_the_index_leads_there(graded, run):
     assert links(found[f"{OTHER}.html"]) == ["index.html"]
 
 
-def test_each_student_has_a_page_and_it_leads_to_the_others(graded, run):
-    page = graded / "feedback" / STUDENTS[1] / f"{OTHER}.html"
-    page.parent.mkdir(parents=True)
-    page.touch()
+def test_names_lead_to_students_pages_and_to_the_feedback_that_there_is(graded, run):
+    for student in STUDENTS[:2]:
+        page = graded / "feedback" / student / f"{toy.NAME}.html"
+        page.parent.mkdir(parents=True)
+        page.touch()
     assert run()[0] == 0
-    index = graded / "report" / "index.html"
-    leads = [unquote(link) for link in links(pages(graded)["index.html"]) if "students/" in link]
+    folder, found = graded / "report", pages(graded)
+    leads = [unquote(link) for link in links(found["index.html"]) if "students/" in link]
     assert leads == [f"students/{student}.html" for student in (*STUDENTS, "dora")]
-    mine = index.parent / leads[1]
-    targets = {(mine.parent / unquote(link)).resolve() for link in links(mine.read_text())}
-    assert targets == {
-        index.resolve(),
-        *((index.parent / f"{name}.html").resolve() for name in (toy.NAME, OTHER)),
-        page.resolve(),
-    }
+
+    def targets(name: str) -> set[Path]:
+        return {((folder / name).parent / unquote(link)).resolve() for link in links(found[name])}
+
+    index = (folder / "index.html").resolve()
+    theirs = [(graded / "feedback" / s / f"{toy.NAME}.html").resolve() for s in STUDENTS[:2]]
+    assert targets(f"{toy.NAME}.html") == {index, *theirs}
+    both = [(folder / f"{name}.html").resolve() for name in (toy.NAME, OTHER)]
+    assert targets(leads[1]) == {index, *both, theirs[1]}
 
 
 def test_a_title_is_the_assignments_own(graded, run):
@@ -101,19 +104,6 @@ def test_one_page_may_be_made_anew_and_the_index_still_has_all(graded, run):
     assert toy.NAME in pages(graded)["index.html"]
     assert run(toy.NAME)[0] == 0
     assert assignments(pages(graded)["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
-
-
-def test_names_lead_to_the_feedback_that_there_is(graded, run):
-    for student in STUDENTS[:2]:
-        page = graded / "feedback" / student / f"{toy.NAME}.html"
-        page.parent.mkdir(parents=True)
-        page.touch()
-    assert run()[0] == 0
-    found = set(links(pages(graded)[f"{toy.NAME}.html"])) - {"index.html"}
-    targets = {(graded / "report" / unquote(link)).resolve() for link in found}
-    assert targets == {
-        (graded / "feedback" / student / f"{toy.NAME}.html").resolve() for student in STUDENTS[:2]
-    }
 
 
 def test_without_names_no_file_and_no_page_tells_one(graded, run):

@@ -208,9 +208,10 @@ def test_work_that_was_handed_in_anew_is_told_apart(course, regrade):
     path = toy.hand_in(course / "submitted", "bob", toy.answer()) / f"{toy.NAME}.ipynb"
     later = (course / "out" / "bob" / f"{toy.NAME}.json").stat().st_mtime + 5
     os.utime(path, (later, later))
-    anew = {one["student"]: one["handed_in_anew"] for one in changes(regrade)["changes"]}
+    _, out, err = regrade("--json")
+    anew = {one["student"]: one["handed_in_anew"] for one in json.loads(out)["changes"]}
     assert anew == {"ada": False, "bob": True, "eve": False}
-    assert "handed in anew since it was graded" in regrade()[1]
+    assert "handed in anew since it was graded" in err
 
 
 def test_a_submission_that_is_gone_is_named_and_its_mark_stays(course, regrade):

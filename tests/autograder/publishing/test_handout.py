@@ -42,11 +42,14 @@ class Released:
         return [name for name in self.toy if re.fullmatch(WHEEL, name)]
 
 
-@pytest.fixture(scope="module", params=["", world.URL], ids=["no address", "address"])
-def released(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Released:
-    """A course of two assignments, of which the second brings files of its own."""
+@pytest.fixture(scope="module")
+def released(tmp_path_factory: pytest.TempPathFactory) -> Released:
+    """A course of two assignments, of which the second brings files of its own.
+
+    It has a repository's address, from which nothing of an archive is installed.
+    """
     folder = tmp_path_factory.mktemp("handout")
-    tree = world.make(folder / "course", request.param)
+    tree = world.make(folder / "course", world.URL)
     world.write(tree.parent, "lib/untracked.py", "")
     toy.write(tree / MORE / f"{MORE}.ipynb", toy.source_notebook())
     world.write(tree / MORE, "data/z.csv", "1,2\n")
