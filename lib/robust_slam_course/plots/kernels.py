@@ -12,7 +12,7 @@ from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import KERNELS, Kernel
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.palette import PALETTE
-from scipy.stats import chi
+from scipy.special import gamma
 
 from robust_slam_course.style import LOOKS, Look
 
@@ -79,7 +79,8 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
     u = np.linspace(0.0, 5.2, 209)
     for d, look in zip(dimensions, cycle(LOOKS), strict=False):
         threshold = chi_square_threshold(probability, d)
-        ax.plot(u, chi.pdf(u, d), **look.line, label=f"d = {d}")
+        density = 2 ** (1 - d / 2) / gamma(d / 2) * u ** (d - 1) * np.exp(-(u**2) / 2)
+        ax.plot(u, density, **look.line, label=f"d = {d}")
         ax.axvline(threshold, 0.0, 0.93, **look.line, linewidth=1.2)
         text, across = f"{threshold:.2f}", ax.get_xaxis_transform()
         ax.text(threshold, 0.95, text, transform=across, ha="center")
