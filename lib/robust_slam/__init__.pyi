@@ -1,3 +1,4 @@
+from . import breaking as breaking
 from . import certificates as certificates
 from . import cli as cli
 from . import consistency as consistency
