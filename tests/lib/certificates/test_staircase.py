@@ -6,22 +6,13 @@ import numpy as np
 import pytest
 from robust_slam.certificates import Verdict, certify, chordal
 from robust_slam.certificates.chordal import chordal_cost
+from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import rounded, solve_certified
 from robust_slam.graphs import se3
 
 from tests.lib.certificates.dense import data_matrix, marginalised
 from tests.lib.worlds import assert_same_poses, ring
-
-
-@pytest.mark.parametrize("reach", [0.0, 1.0])
-def test_the_twisted_five_cycle_is_left_to_cost_0(group, reach):
-    graph, truth, twisted = ring(group, 5, 0, 0.0, reach=reach)
-    assert certify(graph, twisted)[1].verdict is Verdict.NOT_CERTIFIED
-    poses, record = solve_certified(graph, twisted)
-    assert record.verdict is Verdict.CERTIFIED
-    assert record.cost < 1e-20
-    assert_same_poses(group, group.between(poses[0], poses), group.between(truth[0], truth))
 
 
 @pytest.mark.parametrize("n", [5, 8, 12])
@@ -43,6 +34,7 @@ def test_where_the_relaxation_is_not_tight_the_bound_is_closer_than_before():
     _, before = certify(graph, truth)
     poses, record = solve_certified(graph, truth)
     assert before.verdict is record.verdict is Verdict.NOT_CERTIFIED
+    assert record.stop is Stop.LOOSE
     assert record.cost <= before.cost * (1.0 + 1e-12)
     assert 0.0 < record.bound < 0.1 * before.bound
     assert record.lower_bound < chordal_cost(graph, poses)
@@ -81,5 +73,3 @@ def test_without_climbs_it_stays_and_bad_input_is_refused(group):
     assert solve_certified(graph, twisted, max_climbs=0)[1].verdict is Verdict.NOT_CERTIFIED
     with pytest.raises(ValueError, match="max_climbs is -1"):
         solve_certified(graph, twisted, max_climbs=-1)
-    with pytest.raises(ValueError, match="poses: the shape"):
-        solve_certified(graph, twisted[1:])
