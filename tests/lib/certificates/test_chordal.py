@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from robust_slam.certificates import chordal
 from robust_slam.certificates.chordal import ChordalProblem
-from robust_slam.errors import Underdetermined
 from robust_slam.graphs import PoseGraph, pose_graph, se3
 from robust_slam.graphs.isotropic import precisions
 
 from tests.lib.certificates.dense import data_matrix, lift
-from tests.lib.worlds import random_graph, refused
+from tests.lib.worlds import random_graph
 
 
 def summed_cost(graph, poses, weights):
@@ -44,19 +43,6 @@ def test_precisions_by_hand(information, kappa, tau):
     np.testing.assert_allclose(np.ravel(precisions(graph)), [kappa, tau], rtol=1e-14)
 
 
-def test_small_residuals_cost_what_the_logarithm_says_but_angles_in_the_plane_twice(group):
-    d, e = group.DIMENSION, 1e-4
-    count = [1.0] * d + ([2.0] if d == 2 else [1.0] * 3)
-    for axis in range(group.DOF):
-        z = group.exp(e * np.eye(group.DOF)[axis])[None]
-        graph = PoseGraph(2, [[0, 1]], z, [4.0 * np.eye(group.DOF)], [True])
-        poses = np.stack([group.identity()] * 2)
-        logarithm = 2.0 * pose_graph.cost(graph, poses)
-        assert chordal.chordal_cost(graph, poses) == pytest.approx(
-            count[axis] * logarithm, rel=1e-6
-        )
-
-
 def test_the_quadratic_form_is_the_summed_cost(group, seed):
     poses, graph = random_graph(seed, group)
     weights = np.random.default_rng(seed).uniform(0.1, 1.0, len(graph.edges))
@@ -76,8 +62,6 @@ def test_an_edge_of_weight_0_drops_out(group):
         rtol=1e-14,
     )
     assert len(ChordalProblem.of(graph, kept.astype(float)).edges) == len(rest.edges)
-    with pytest.raises(Underdetermined, match="poses are loose"):
-        ChordalProblem.of(graph, np.zeros(len(kept)))
 
 
 @pytest.mark.parametrize("extra", [0, 1, 3])
@@ -99,17 +83,3 @@ def test_project_turns_a_mirrored_map_round(group):
     assert chordal.chordal_cost(graph, back) == pytest.approx(
         chordal.chordal_cost(graph, poses), rel=1e-10
     )
-
-
-@refused(
-    (lambda graph, poses: chordal.chordal_cost(graph, poses[:-1]), "poses: the shape"),
-    (lambda graph, poses: chordal.chordal_cost(graph, poses, np.ones(10)), "weights: the shape"),
-    (
-        lambda graph, _: ChordalProblem.of(graph, np.arange(9) - 1.0),
-        "weights: edge 0 weighs less than 0",
-    ),
-)
-def test_bad_input_is_refused_by_name(group, wrong, message):
-    poses, graph = random_graph(9, group)
-    with pytest.raises(ValueError, match=message):
-        wrong(graph, poses)

@@ -205,16 +205,13 @@ def test_the_unit_of_the_precisions_does_not_matter(d):
         assert is_tight(solution.Z, scaled, round_solution(solution.Z, d))
 
 
-def test_a_solver_that_ends_without_an_optimum_is_reported(monkeypatch):
-    monkeypatch.setattr(cvxpy.Problem, "status", property(lambda self: "user_limit"))
-    with pytest.raises(SdpFailed, match="CLARABEL says 'user_limit'"):
-        solve_sdp(cycle(2, 3, 0.3), 2)
-
-
-def test_a_solver_that_gives_up_is_reported(monkeypatch):
+def test_a_solver_that_fails_is_reported(monkeypatch):
     def give_up(self, **options):
         raise cvxpy.SolverError("no progress")
 
+    monkeypatch.setattr(cvxpy.Problem, "status", property(lambda self: "user_limit"))
+    with pytest.raises(SdpFailed, match="CLARABEL says 'user_limit'"):
+        solve_sdp(cycle(2, 3, 0.3), 2)
     monkeypatch.setattr(cvxpy.Problem, "solve", give_up)
     with pytest.raises(SdpFailed, match="CLARABEL gives up on Q: no progress"):
         solve_sdp(cycle(2, 3, 0.3), 2)
@@ -232,19 +229,13 @@ def test_a_graph_too_large_for_a_dense_solver_is_sent_to_the_sparse_certificate(
 
 
 @refused(
-    ({"edges": [[0.0, 1.0]]}, "edges: the entries are float64"),
-    ({"edges": [0, 1]}, "edges: the shape is"),
     ({"edges": [[0, 2]]}, r"edge 0 is \[0, 2\]; poses are 0 to 1"),
-    ({"edges": [[-1, 1]]}, r"edge 0 is \[-1, 1\]"),
     ({"rotations": [np.eye(2)] * 2}, "rotations: the shape"),
     ({"rotations": [np.eye(4)]}, "rotations: the shape"),
     ({"rotations": [np.ones((2, 3))]}, "rotations: the shape"),
-    ({"rotations": [np.full((2, 2), np.nan)]}, "rotations: the entry"),
     ({"rotations": [np.diag([1.0, -1.0])]}, "rotations: block 0 is not a rotation matrix"),
-    ({"rotations": [2.0 * np.eye(3)]}, "rotations: block 0 is not a rotation matrix"),
     ({"kappa": [-1.0]}, "kappa: edge 0 has less than 0"),
     ({"kappa": [1.0, 1.0]}, "kappa: the shape"),
-    ({"kappa": np.inf}, "kappa: the entry"),
 )
 def test_measurements_that_are_none_are_refused_by_name(wrong, message):
     arguments = {"n": 2, "edges": [[0, 1]], "rotations": [np.eye(2)], "kappa": 1.0}
@@ -255,7 +246,6 @@ def test_measurements_that_are_none_are_refused_by_name(wrong, message):
 @refused(
     ((np.eye(4)[:3], 2), "Q: the shape"),
     ((np.triu(np.ones((4, 4))), 2), "Q is not symmetric"),
-    ((np.full((4, 4), np.nan), 2), "Q: the entry"),
     ((np.eye(4), 3), "Q: 4 rows are not blocks of d = 3"),
     ((np.eye(4), 1), "Q: 4 rows are not blocks of d = 1"),
     ((np.empty((0, 0)), 2), "Q: the shape"),
@@ -274,7 +264,6 @@ def test_a_solution_of_another_size_is_refused():
     (np.eye(2)[None], "R: the shape"),
     (np.ones((2, 3)), "R: the shape"),
     (np.eye(4), "R: the shape"),
-    (np.full((2, 4), np.nan), "R: the entry"),
     (np.ones((2, 4)), "R: block 0 is not a rotation matrix"),
     (row([np.eye(2), np.diag([1.0, -1.0])]), "R: block 1 is not a rotation matrix"),
     (row([np.eye(2)] * 3), "R: 6 columns do not fit the 4 rows of Q"),
