@@ -11,8 +11,12 @@ from importlib import import_module
 import numpy as np
 import pytest
 import robust_slam as rs
+from robust_slam.certificates import certificate, certify, chordal_cost, solve_certified
+from robust_slam.certificates.chordal import ChordalProblem
+from robust_slam.certificates.newton import polish
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.descent.damped import levenberg_marquardt
+from robust_slam.descent.start import chordal
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import gnc
@@ -20,7 +24,7 @@ from robust_slam.estimators.mixtures import max_mixture
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
-from robust_slam.graphs import g2o
+from robust_slam.graphs import g2o, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.trajectories import write_tum
 from robust_slam.problems import (
@@ -29,6 +33,8 @@ from robust_slam.problems import (
     PoseGraphProblem,
     RotationProblem,
 )
+
+from tests.lib.worlds import refused
 
 GRAPH, TRUTH = manhattan(30, 0, closures=8)
 
@@ -54,6 +60,32 @@ GRAPH, TRUTH = manhattan(30, 0, closures=8)
 def test_a_wrong_argument_is_named_with_what_to_give(call, error, message):
     with pytest.raises(error, match=message):
         call()
+
+
+TAKE_POSES = [gauss_newton, levenberg_marquardt, chordal_cost, polish, certificate, certify]
+TAKE_WEIGHTS = [lambda *given, take=take: take(given[0], TRUTH, *given[1:]) for take in TAKE_POSES]
+
+
+@pytest.mark.parametrize("take", [*TAKE_POSES, solve_certified])
+@refused(
+    (TRUTH[:-1], "poses: the shape"),
+    (np.full((30, 3), np.nan), "poses: the entry"),
+)
+def test_poses_that_do_not_fit_are_refused_by_name(take, wrong, message):
+    with pytest.raises(ValueError, match=message):
+        take(GRAPH, wrong)
+
+
+@pytest.mark.parametrize("take", [*TAKE_WEIGHTS, spanning_tree, chordal, ChordalProblem.of])
+@refused(
+    (np.ones(3), "weights: the shape"),
+    (np.full(37, np.nan), "weights: the entry"),
+    (np.where(np.arange(37) == 7, -0.5, 1.0), "weights: edge 7 weighs less than 0"),
+    (np.zeros(37), "poses are loose"),
+)
+def test_weights_that_do_not_fit_are_refused_by_name(take, wrong, message):
+    with pytest.raises(ValueError, match=message):
+        take(GRAPH, wrong)
 
 
 @pytest.mark.parametrize("name", ["gnc", "ate", "GraphFile", "gauss_newton", "pcm", "certify"])
