@@ -118,3 +118,17 @@ def test_joint_solvers_take_a_graph_too(town):
 def test_a_problem_in_place_of_a_graph_is_told_at_once(town, call):
     with pytest.raises(TypeError, match="graph is a PoseGraphProblem; give a PoseGraph, its attr"):
         call(PoseGraphProblem(town[0]))
+
+
+@pytest.mark.parametrize(
+    ("probability", "dimension", "name"),
+    [
+        *((p, 3, "probability") for p in (0.0, 1.0, -0.1, 99.0, float("nan"))),
+        *((0.99, d, "dimension") for d in (0, -1, 1.5)),
+    ],
+)
+def test_a_threshold_of_what_is_no_probability_or_dimension_is_refused(
+    probability, dimension, name
+):
+    with pytest.raises(ValueError, match=f"{name} is"):
+        chi_square_threshold(probability, dimension)

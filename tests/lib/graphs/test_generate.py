@@ -8,6 +8,7 @@ from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3
 from robust_slam.graphs.generate import Noise, circle, manhattan, sphere
 from robust_slam.graphs.group import group_of
 from robust_slam.graphs.laser import building
+from robust_slam.graphs.odometry import spanning_tree
 
 from tests.lib.worlds import assert_same_poses
 
@@ -156,6 +157,42 @@ def test_a_walk_that_never_turns_of_itself_goes_round_the_town():
     assert len(np.unique(truth[:, :2], axis=0)) == 12
 
 
+def test_in_a_building_without_noise_the_spanning_tree_finds_the_truth():
+    graph, truth = building(400, np.random.default_rng(0), gaps=3, closures=60, scale=0.0)
+    assert pose_graph.cost(graph, truth) < 1e-12
+    np.testing.assert_allclose(truth[0], 0.0, atol=1e-12)
+    found = se2.between(spanning_tree(graph), truth)
+    np.testing.assert_allclose(found, 0.0, atol=1e-9)
+
+
+def test_at_the_truth_an_edge_costs_a_chi_square_of_3_degrees():
+    graph, truth = building(2000, np.random.default_rng(3))
+    squares = pose_graph.squared_norms(graph, truth)
+    for edges in (graph.is_odometry, ~graph.is_odometry):
+        spread = np.sqrt(6.0 / np.sum(edges))
+        assert np.mean(squares[edges]) == pytest.approx(3.0, abs=4.0 * spread)
+
+
+def test_gaps_are_missing_and_closures_join_what_they_separate():
+    graph, truth = building(800, np.random.default_rng(5), gaps=4, closures=100)
+    i, j = graph.edges.T
+    assert graph.is_odometry.sum() == 800 - 1 - 4
+    assert np.all(j[graph.is_odometry] == i[graph.is_odometry] + 1)
+    assert np.sum(~graph.is_odometry) == 100
+    assert not graph.odometry_joins_all  # PoseGraph has checked that all edges join all poses
+    apart = np.linalg.norm(truth[i, :2] - truth[j, :2], axis=1)
+    assert apart[~graph.is_odometry].max() <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("neighbours", [1, 3, 5])
+def test_a_pose_of_the_sphere_has_neighbours_on_the_next_ring(neighbours):
+    graph, _ = sphere(120, np.random.default_rng(0), around=12, neighbours=neighbours)
+    first, after = graph.edges[~graph.is_odometry].T
+    inside = first < 120 - 12 - neighbours
+    assert np.all(np.bincount(first[inside]) == neighbours)
+    assert set((after - first).tolist()) == set(range(12 - neighbours // 2, 13 + neighbours // 2))
+
+
 @pytest.mark.parametrize(
     ("make", "wrong", "message"),
     [
@@ -163,7 +200,6 @@ def test_a_walk_that_never_turns_of_itself_goes_round_the_town():
         (circle, {"laps": 0}, "laps 0"),
         (circle, {"radius": 0.0}, "radius is 0.0"),
         (circle, {"closures": 2}, "closures is 2, and 1 pairs"),
-        (circle, {"closures": -1}, "closures is -1"),
         (circle, {"noise": Noise(odometry=(0.1, 0.1, 0.1))}, "noise.odometry: the shape"),
         (circle, {"noise": Noise(closure=(1.0, -1.0))}, "noise.closure is"),
         (sphere, {"noise": Noise(odometry=(0.1, 0.0))}, "noise.odometry is"),
@@ -172,11 +208,14 @@ def test_a_walk_that_never_turns_of_itself_goes_round_the_town():
         (sphere, {"radius": 0.0}, "radius is 0.0"),
         (sphere, {"closures": 17}, "closures is 17, and 16 pairs"),
         (sphere, {"closures": -1}, "closures is -1"),
+        (sphere, {"neighbours": 2}, "neighbours is 2"),
         (manhattan, {"n": 2}, "n is 2"),
         (manhattan, {"turn": 1.5}, "turn is 1.5"),
         (manhattan, {"side": 0}, "side is 0"),
         (manhattan, {"block": -1.0}, "block is -1.0"),
-        (manhattan, {"closures": 10_000}, "closures is 10000"),
+        (building, {"gaps": 19}, "gaps 19"),
+        (building, {"n": 300, "gaps": 200}, "the closures do not join"),
+        (building, {"closures": 10_000}, "closures is 10000"),
     ],
 )
 def test_bad_input_is_refused_by_name(make, wrong, message):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from robust_slam.graphs import group as groups
 from robust_slam.graphs import se2, se3
 
@@ -154,3 +156,37 @@ def test_the_group_is_told_by_the_shape():
     for shape in [(), (5,), (5, 4), (5, 4, 4), (5, 7)]:
         with pytest.raises(ValueError, match=r"poses: the shape is"):
             groups.group_of(np.zeros(shape))
+
+
+def test_turning_left_by_hand():
+    ahead_and_left = [1.0, 0.0, np.pi / 2]
+    assert_same_poses(
+        se2, se2.compose(ahead_and_left, ahead_and_left), np.array([1.0, 1.0, np.pi]), 1e-15
+    )
+
+
+@given(st.floats(-1e4, 1e4, allow_subnormal=False))
+def test_wrap_changes_by_whole_turns_and_ends_in_the_half_open_interval(raw):
+    wrapped = float(se2.wrap(raw))
+    turns = (raw - wrapped) / (2.0 * np.pi)
+    assert turns == pytest.approx(round(turns), abs=1e-9)
+    assert -np.pi < wrapped <= np.pi + 1e-11
+
+
+def test_wrap_leaves_an_angle_inside_to_the_last_bit():
+    inside = np.array([np.pi, -3.0, -1e-17, 0.0, 1e-300, 3.0])
+    np.testing.assert_array_equal(se2.wrap(inside), inside)
+    assert se2.wrap(-np.pi) == np.pi
+
+
+def test_the_exponential_is_the_series_of_the_matrix():
+    for xi in random_twists(se3, 20, np.random.default_rng(1)):
+        generator = np.zeros((4, 4))
+        x, y, z = xi[3:]
+        generator[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        generator[:3, 3] = xi[:3]
+        term, total = np.eye(4), np.eye(4)
+        for k in range(1, 40):
+            term = term @ generator / k
+            total = total + term
+        np.testing.assert_allclose(se3.exp(xi), total[:3], atol=1e-12)
