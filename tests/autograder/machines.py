@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -31,16 +30,15 @@ class Machines:
         wait_for(lambda: self._file.exists() and self._file.read_text().endswith("}"))
         self.address = json.loads(self._file.read_text())["address"]
 
-    def worker(self, *options: str, path: Path | None = None) -> subprocess.Popen[bytes]:
-        """Start one; ``path`` is where it looks for packages, too."""
+    def worker(self, *options: str) -> subprocess.Popen[bytes]:
+        """Start one."""
         where = ["--scheduler-file", str(self._file), "--local-directory", str(self.folder)]
-        return self._start("worker", *where, "--nthreads", "1", *options, path=path)
+        return self._start("worker", *where, "--nthreads", "1", *options)
 
-    def _start(self, what: str, *options: str, path: Path | None = None) -> Any:
+    def _start(self, what: str, *options: str) -> Any:
         command = [sys.executable, "-m", "dask", what, "--no-dashboard", *options]
-        environment = os.environ | {"PYTHONPATH": str(path or "")}
         with open(self.folder / f"{what}-{len(self.processes)}.log", "wb") as log:
-            process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=log, stderr=log)
+            process = subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=log)
         self.processes.append(process)
         return process
 

@@ -217,8 +217,15 @@ def graded(
 ) -> Result:
     """What a submission earns, by default behind the quickest wall."""
     tests = tests or assignment()
-    code = submission(value, tests)
-    return marking.grade(tests, code, student="a", seed=seed, sandbox=wall or kernel.quickest())
+    return both_passes(tests, submission(value, tests), seed, wall or kernel.quickest())
+
+
+def both_passes(tests: Assignment, code: Submission, seed: int, wall: Sandbox) -> Result:
+    """What the visible pass and then the hidden one come to."""
+    whose = marking.Whose("a", tests, code)
+    seen = marking.look(whose, sandbox=wall)
+    last = seen if seen.is_whole else marking.finish(whose, seen, seed=seed, sandbox=wall)
+    return last.result
 
 
 def quickly() -> list[str]:

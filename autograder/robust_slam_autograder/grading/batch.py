@@ -174,7 +174,7 @@ def _reused(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]
     path = results.path_of(out, job.student, job.assignment.name)
     try:
         return Graded(path, results.read(path).status, reused=True)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError):
         return None
 
 

@@ -55,26 +55,6 @@ class Whose:
     """The number of the student's data; None where the notebook's own counts."""
 
 
-def grade(
-    assignment: Assignment, submission: Submission, *, student: str, seed: int, sandbox: Sandbox
-) -> Result:
-    """Grade a submission in two passes, each with an untrusted process of its own.
-
-    Args:
-        assignment: the instructor's tests.
-        submission: the student's code.
-        student: whose it is.
-        seed: the batch's secret seed; hidden inputs follow from it and the case's grade id.
-        sandbox: where student code runs.
-
-    Raises:
-        GraderFailure: the sandbox or the instructor's set-up cells do not work.
-    """
-    whose = Whose(student, assignment, submission)
-    seen = look(whose, sandbox=sandbox)
-    return seen.result if seen.is_whole else finish(whose, seen, seed=seed, sandbox=sandbox).result
-
-
 def look(
     whose: Whose,
     *,
@@ -93,7 +73,7 @@ def look(
         label: says what an exercise looks like that is reported.
 
     Raises:
-        GraderFailure: as ``grade``.
+        GraderFailure: the sandbox or the instructor's set-up cells do not work.
     """
     one = _Pass(whose, sandbox, run, seeds.PUBLIC_SEED, is_visible=True)
     last = {case.exercise: case.grade_id for case in whose.assignment.cases}
@@ -122,12 +102,12 @@ def finish(
     Args:
         whose: the submission.
         before: from ``look``; a case that it does not have is judged by this pass alone.
-        seed: as for ``grade``.
+        seed: the batch's secret seed; hidden inputs follow from it and the case's grade id.
         sandbox: where student code runs.
         run: what runs the test cells.
 
     Raises:
-        GraderFailure: as ``grade``.
+        GraderFailure: as ``look``.
     """
     one = _Pass(whose, sandbox, run, seed)
     seen = _seen(whose.assignment, before.result)

@@ -7,6 +7,7 @@ wall are the coordinator's, and grades it in a trusted process, as a local batch
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 from collections.abc import Iterable, Iterator
 
@@ -24,8 +25,6 @@ OTHER_CODE = (
     "its Python, packages or grader are not those of this machine, and a mark must not depend on "
     "the machine: install the same commit from the same requirements-dev.lock, and restart it"
 )
-Answer = tuple[str, str]
-""""result" and what the pass came to, as a text, or "broken" and how."""
 
 
 def grade(
@@ -63,25 +62,19 @@ def name_of(wall: Sandbox) -> str:
 def _checked(answer: object, job: Job) -> Marked | Broken:
     """Read a worker's answer, where it is a result of this submission."""
     match answer:
-        case Broken():
+        case Broken(str()):
             return answer
-        case ("broken", str(how)):
-            return Broken(how)
-        case ("result", str(text)):
-            try:
+        case str(text):
+            with contextlib.suppress(ValueError):
                 found = marked.from_text(text)
-            except ValueError:
-                return Broken("sent back no result")
-            if (found.result.student, found.result.assignment) == (
-                job.student,
-                job.assignment.name,
-            ):
-                return found
+                whose = found.result.student, found.result.assignment
+                if whose == (job.student, job.assignment.name):
+                    return found
     return Broken("sent back no result")
 
 
-def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
-    """Run a submission's next pass; the worker's part.
+def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> str | Broken | Unfit:
+    """Run a submission's next pass and return what it came to, as a text; the worker's part.
 
     Args:
         code: digest of the coordinator's code; nothing is unpacked where ours differs.
@@ -98,6 +91,4 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
     may_have_children()
     task, seed, preloaded = pickle.loads(parcel)
     ((_, answer),) = batch.processes([task], Terms(seed, wall, preloaded), 1)
-    if isinstance(answer, Broken):
-        return "broken", answer.how
-    return "result", marked.as_text(answer)
+    return answer if isinstance(answer, Broken) else marked.as_text(answer)

@@ -90,9 +90,7 @@ def _is_at(found: Digests, right: Digests, what: str) -> bool:
 
 def _errors(cases: Sequence[tuple[Digests, Digests]]) -> str:
     """Say whether errors are raised where answers belong, or the reverse."""
-    told = set()
-    for found, right in cases:
-        told.add((RAISED in found, _is_at(found, right, RAISED)))
+    told = {(RAISED in found, _is_at(found, right, RAISED)) for found, right in cases}
     return _ERRORS.get(told.pop(), "") if len(told) == 1 else ""
 
 
