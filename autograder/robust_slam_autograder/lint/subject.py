@@ -72,8 +72,6 @@ class Code:
 class Subject:
     """An assignment to lint."""
 
-    path: Path
-    """The notebook."""
     assignment: Assignment
     answers: Path | None
     """Folder of right and wrong answers, ``<assignment>/<exercise>.toml``, where there is one."""
@@ -136,7 +134,6 @@ def load(path: Path, answers: Path | None = None) -> Subject:
     tests = [_code(case.grade_id, case, case.full) for case in assignment.cases]
     setup = [_code(piece.label, None, piece.source) for piece in assignment.setup]
     return Subject(
-        path=path,
         assignment=assignment,
         answers=answers,
         solutions=solutions,

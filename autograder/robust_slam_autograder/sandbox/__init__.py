@@ -15,7 +15,7 @@ BACK_ENDS: dict[str, Sandbox] = {}
 """By the name to choose them by, the one to prefer first."""
 if sys.platform != "emscripten":  # a browser starts no process
     from robust_slam_autograder.sandbox.fork import Fork
-    from robust_slam_autograder.sandbox.unsandboxed import Unsandboxed
+    from robust_slam_autograder.sandbox.process import Unsandboxed
 
     BACK_ENDS = {"fork": Fork(), "landlock": Fork(namespaces=False)}
 

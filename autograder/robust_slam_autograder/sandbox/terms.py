@@ -12,7 +12,6 @@ import robust_slam_autograder
 from robust_slam_autograder.protocol.channel import Check, Conversation
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
-from robust_slam_autograder.student import untrusted
 
 SCRATCH_BYTES = 64 * 1024 * 1024
 SCRATCH_FILES = 20_000
@@ -78,18 +77,6 @@ class Sandbox(Protocol):
 
     def start(self, launch: Launch) -> Running:
         """Start an untrusted process, or use this one."""
-
-
-def python_command(launch: Launch) -> list[str]:
-    """Return the command that runs ``untrusted.py`` where there is no wall."""
-    settings = {
-        **imports(launch),
-        "withheld": launch.withheld,
-        "packages": launch.packages,
-        "used": launch.used,
-        "limits": limits(launch),
-    }
-    return python_script(Path(untrusted.__file__), settings)
 
 
 def imports(launch: Launch) -> dict[str, Any]:

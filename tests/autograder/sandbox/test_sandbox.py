@@ -487,7 +487,7 @@ def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch
 
 def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     command = [sys.executable, "-c", "import sys; sys.exit('no such luck')"]
-    monkeypatch.setattr(terms, "python_command", lambda launch: command)
+    monkeypatch.setattr(terms, "python_script", lambda script, settings: command)
     running = Unsandboxed().start(LAUNCH)
     assert running.await_ready() == "no such luck"
     running.stop()
