@@ -1,4 +1,4 @@
-import { pathThrough } from "./scene.js";
+import { pathThrough, setAttributes } from "./scene.js";
 
 /** About `count` round numbers that cover `[low, high]`. */
 export function roundTicks(low, high, count = 5) {
@@ -41,22 +41,25 @@ export function putAxes(scene, layer, key, box, across, up) {
   const floor = inner.y + inner.height;
   for (const value of across.ticks ?? roundTicks(...across.domain, inner.width / 80)) {
     const x = maps.toX(value);
-    scene.put(layer, `${key}-x-${value}`, "path", { class: "rs-grid", d: `M${x} ${inner.y}V${floor}` });
-    const place = { class: "rs-tick", x, y: floor + 17, "text-anchor": "middle" };
-    scene.put(layer, `${key}-xt-${value}`, "text", place, (across.text ?? numberText)(value));
+    scene.path(layer, `${key}-x-${value}`, "rs-grid", `M${x} ${inner.y}V${floor}`);
+    scene.text(layer, `${key}-xt-${value}`, x, floor + 17, (across.text ?? numberText)(value), "rs-tick", "middle");
   }
   for (const value of up.ticks ?? roundTicks(...up.domain, inner.height / 45)) {
     const y = maps.toY(value);
-    scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
-    const place = { class: "rs-tick", x: inner.x - 6, y: y + 5, "text-anchor": "end" };
-    scene.put(layer, `${key}-yt-${value}`, "text", place, (up.text ?? numberText)(value));
+    scene.path(layer, `${key}-y-${value}`, "rs-grid", `M${inner.x} ${y}h${inner.width}`);
+    scene.text(layer, `${key}-yt-${value}`, inner.x - 6, y + 5, (up.text ?? numberText)(value), "rs-tick", "end");
   }
-  const middle = { x: inner.x + inner.width / 2, y: floor + 36, "text-anchor": "middle" };
-  if (across.label) scene.put(layer, `${key}-xl`, "text", { class: "rs-label", ...middle }, across.label);
-  const [x, y] = [box.x + 13, inner.y + inner.height / 2];
-  const turned = { x, y, "text-anchor": "middle", transform: `rotate(-90 ${x} ${y})` };
-  if (up.label) scene.put(layer, `${key}-yl`, "text", { class: "rs-label", ...turned }, up.label);
+  if (across.label) {
+    scene.text(layer, `${key}-xl`, inner.x + inner.width / 2, floor + 36, across.label, "", "middle");
+  }
+  if (up.label) putTurned(scene, layer, `${key}-yl`, box.x + 13, inner.y + inner.height / 2, up.label);
   return maps;
+}
+
+/** Words that are read from below, with their middle at (x, y). */
+export function putTurned(scene, layer, key, x, y, words) {
+  const element = scene.text(layer, key, x, y, words, "", "middle");
+  setAttributes(element, { transform: `rotate(-90 ${x} ${y})` });
 }
 
 /** A curve y = f(x) over the axes' box, cut off above and below it. */

@@ -1,3 +1,5 @@
+import { boundedNumber } from "./link.js";
+
 /** A new HTML element with attributes and children (elements or texts). */
 export function htmlElement(name, attributes = {}, ...children) {
   const element = document.createElement(name);
@@ -19,6 +21,23 @@ export function htmlElement(name, attributes = {}, ...children) {
  */
 export function makeControl(spec, change, calm) {
   return { slider, choice, toggle, button, player }[spec.kind](spec, change, calm);
+}
+
+/** A step that stands for the last one, however many there are. */
+export const LAST_STEP = 1e6;
+
+/** The nearest values that the controls `[spec, …]` can give; where there is none, that of `first`. */
+export function valuesWithin(specs, state, first) {
+  const within = ({ kind, name, min, max, step, log, options }) => {
+    const [value, instead] = [state[name], first[name]];
+    if (kind === "choice") return options.some(([one]) => one === value) ? value : instead;
+    if (kind === "toggle") return Boolean(value);
+    if (kind === "player") return boundedNumber(value, [0, LAST_STEP], instead, 0);
+    const steps = log ? value : Number((min + step * Math.round((value - min) / step)).toPrecision(12));
+    return boundedNumber(steps, [min, max], instead);
+  };
+  const named = specs.filter(({ name }) => name);
+  return Object.fromEntries(named.map((spec) => [spec.name, within(spec)]));
 }
 
 function slider(spec, change) {

@@ -7,7 +7,7 @@ export function putEndLabels(scene, layer, key, x, labels, low, high) {
   const places = apart(labels.map(({ y }) => y), 16, low, high);
   labels.forEach(({ text, colour }, k) => {
     const style = `fill: var(--rs-${colour})`;
-    scene.put(layer, `${key}-${k}`, "text", { class: "rs-label", x, y: places[k] + 5, style }, text);
+    scene.put(layer, `${key}-${k}`, "text", { x, y: places[k] + 5, style }, text);
   });
 }
 

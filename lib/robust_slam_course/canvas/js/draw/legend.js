@@ -12,9 +12,7 @@ export function putLegend(scene, layer, key, x, y, width, entries) {
   entries.forEach(([look], k) => {
     const space = sample + 6 + lengths[k];
     if (left > x && left + space > x + width) [left, top] = [x, top + row];
-    scene.put(layer, `${key}-line-${k}`, "path", {
-      class: `rs-line ${look}`, d: `M${left} ${top + 8}h${sample}`,
-    });
+    scene.path(layer, `${key}-line-${k}`, `rs-line ${look}`, `M${left} ${top + 8}h${sample}`);
     setAttributes(words[k], { x: left + sample + 6, y: top + 13 });
     left += space + gap;
   });

@@ -4,6 +4,13 @@ export function boundedNumber(value, [low, high], instead, digits = null) {
   return digits === null ? number : Number(number.toFixed(digits));
 }
 
+/** Those of `joins` that join two of the poses 0 … `last`, at least `gap` apart, at most `most` of them. */
+export function possibleJoins(joins, last, gap, most) {
+  return joins.filter((join) => Array.isArray(join) && join.length === 2
+    && join.every((pose) => Number.isInteger(pose) && pose >= 0 && pose <= last)
+    && Math.abs(join[0] - join[1]) >= gap).slice(0, most);
+}
+
 /** The part of an address that brings back a state: `#name={…}`, with what differs from `first`. */
 export function stateToHash(name, state, first) {
   const changed = Object.entries(state).filter(

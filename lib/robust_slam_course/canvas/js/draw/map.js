@@ -60,15 +60,15 @@ export function posePixels(map, poses, k) {
 /** The drive through `poses` in order, a line with a dot for each pose. */
 export function putDrive(scene, layer, key, map, poses, look) {
   const points = Array.from({ length: poses.length / 3 }, (_, k) => posePixels(map, poses, k));
-  scene.put(layer, `${key}-line`, "path", { class: `rs-drive ${look}`, d: pathThrough(points) });
+  scene.path(layer, `${key}-line`, `rs-drive ${look}`, pathThrough(points));
   const dots = points.map(([x, y]) => `M${x.toFixed(1)} ${y.toFixed(1)}h0`).join("");
-  scene.put(layer, `${key}-dots`, "path", { class: `rs-dots ${look}`, d: dots });
+  scene.path(layer, `${key}-dots`, `rs-dots ${look}`, dots);
 }
 
 /** An edge between poses `i` and `j`; `width` in pixels, `look` a class of the style sheet. */
 export function putEdge(scene, layer, key, map, poses, [i, j], look, width = 2) {
   const d = pathThrough([posePixels(map, poses, i), posePixels(map, poses, j)]);
-  scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width, "data-part": key });
+  return scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width, "data-part": key });
 }
 
 /** The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. */

@@ -1,4 +1,4 @@
-import { htmlElement, makeControl } from "./controls.js";
+import { htmlElement, makeControl, valuesWithin } from "./controls.js";
 import { Glide } from "./glide.js";
 import { lightTwins, linkText, linkWords } from "./lighting.js";
 import { stateFromHash, stateToHash } from "./link.js";
@@ -17,7 +17,8 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
  * - `controls`: see `makeControl`
  * - `main`: names (or labels, of buttons) of the controls that stand below the drawing; the others
  *   are folded away, unless a link brings one of them in another state
- * - `clean(state, data)`: the nearest state that is possible; a link may hold any
+ * - `clean(state, data)`: the nearest state that is possible, of what no control bounds; a link may
+ *   hold any (may be absent)
  * - `solve(state, data)`: all that follows from a state
  * - `moving(result)`: the numbers that glide from one result to the next (may be absent)
  * - `height(width)`: of the drawing, in pixels (`stageHeight` where absent)
@@ -28,10 +29,15 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
  */
 export function livePicture({ model, el }, spec) {
   const [name, texts, data, answer] = ["name", "texts", "data", "answer"].map((key) => model.get(key));
-  const first = spec.clean(model.get("state"), data);
+  const given = model.get("state");
+  const clean = (any) => {
+    const bounded = { ...any, ...valuesWithin(spec.controls, any, given) };
+    return spec.clean ? spec.clean(bounded, data) : bounded;
+  };
+  const first = clean(given);
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   const linked = () => stateFromHash(name, window.location.hash, first);
-  let state = spec.clean(linked() ?? first, data);
+  let state = clean(linked() ?? first);
   let result = spec.solve(state, data);
   let [asked, stale, spoken, rested] = [0, false, 0, null];
   const glide = new Glide();
@@ -41,7 +47,7 @@ export function livePicture({ model, el }, spec) {
   const view = { data, change, picture: el };
 
   function change(partial) {
-    state = spec.clean({ ...state, ...partial }, data);
+    state = clean({ ...state, ...partial });
     stale = true;
     ask();
   }
@@ -101,9 +107,9 @@ export function livePicture({ model, el }, spec) {
     await navigator.clipboard?.writeText(window.location.href).catch(() => {});
   });
   const unfold = () => {
-    const given = linked();
-    const other = (name) => JSON.stringify(given[name]) !== JSON.stringify(first[name]);
-    if (given && parts.folded.some(other)) parts.more.open = true;
+    const shown = linked();
+    const other = (each) => JSON.stringify(shown[each]) !== JSON.stringify(first[each]);
+    if (shown && parts.folded.some(other)) parts.more.open = true;
   };
   const follow = () => {
     if (!linked()) return;
@@ -114,8 +120,8 @@ export function livePicture({ model, el }, spec) {
   const resized = new ResizeObserver(ask);
   resized.observe(parts.stage);
   model.on?.("change:state", () => {
-    const given = model.get("state");
-    if (JSON.stringify(given) !== JSON.stringify(state)) change(given);
+    const wanted = model.get("state");
+    if (JSON.stringify(wanted) !== JSON.stringify(state)) change(wanted);
   });
   unfold();
   glide.aim(spec.moving ? spec.moving(result) : [], true);
@@ -149,7 +155,7 @@ function wordsOf(text, before) {
 
 /** The picture's frame: question, stage, main controls, readout; all else is folded. */
 function frame(el, texts, spec, change, calm) {
-  const controls = (spec.controls ?? []).map((control) => makeControl(control, change, calm));
+  const controls = spec.controls.map((control) => makeControl(control, change, calm));
   const row = (wanted) => htmlElement("div", { class: "rs-controls" }, ...controls
     .filter((_, k) => wanted(spec.controls[k])).map(({ element }) => element));
   const isMain = ({ name, label }) => spec.main.includes(name ?? label);
@@ -163,7 +169,7 @@ function frame(el, texts, spec, change, calm) {
     spoken: htmlElement("p", { class: "rs-spoken", "aria-live": "polite" }),
     reset: htmlElement("button", { type: "button", "data-control": "reset" }, "Reset"),
     link: htmlElement("button", { type: "button", "data-control": "link" }, LINK),
-    folded: (spec.controls ?? []).filter((each) => each.name && !isMain(each)).map(({ name }) => name),
+    folded: spec.controls.filter((each) => each.name && !isMain(each)).map(({ name }) => name),
   };
   parts.more = htmlElement(
     "details", { class: "rs-folded" }, htmlElement("summary", KEYS_STAY, "More to try"),

@@ -65,6 +65,16 @@ export class Scene {
     return element;
   }
 
+  /** Put a path `d` of the class `look`; without a `width` (pixels) its look has one. */
+  path(layer, key, look, d, width = null) {
+    return this.put(layer, key, "path", { class: look, d, "stroke-width": width });
+  }
+
+  /** Put words whose `anchor` ("start", "middle" or "end") is at (x, y). */
+  text(layer, key, x, y, words, look = "", anchor = null) {
+    return this.put(layer, key, "text", { class: look || null, x, y, "text-anchor": anchor }, words);
+  }
+
   /** Let nothing of a layer be seen outside the box `{x, y, width, height}` (pixels). */
   clip(layer, { x, y, width, height }) {
     const id = `${this.name}-${layer}`;

@@ -1,6 +1,13 @@
 /** Pixels from which panels of a picture stand side by side. */
 export const WIDE = 540;
 
+/** Two parts of a box: side by side in these shares, or one above the other, the upper with `top` of the height. */
+export function twoPanels(box, shares, top, gap) {
+  if (box.width >= WIDE) return sideBySide(box, shares, gap);
+  const height = top * box.height;
+  return [{ ...box, height }, { ...box, y: box.y + height, height: box.height - height }];
+}
+
 /** The height of a drawing, in pixels: with question, control and readout it fits one screen. */
 export function stageHeight(width) {
   return width < WIDE ? 375 : 380;

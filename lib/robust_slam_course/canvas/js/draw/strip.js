@@ -42,19 +42,16 @@ function stripScale(inner, { domain: [low, high], linear }) {
 function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
   for (const value of ticks) {
     const y = toY(value);
-    scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
-    const place = { class: "rs-tick", x: inner.x - 6, y: y + 5, "text-anchor": "end" };
-    scene.put(layer, `${key}-yt-${value}`, "text", place, numberText(value));
+    scene.path(layer, `${key}-y-${value}`, "rs-grid", `M${inner.x} ${y}h${inner.width}`);
+    scene.text(layer, `${key}-yt-${value}`, inner.x - 6, y + 5, numberText(value), "rs-tick", "end");
   }
-  const title = { class: "rs-label", x: inner.x - LEFT + 2, y: inner.title };
-  scene.put(layer, `${key}-yl`, "text", title, label);
+  scene.text(layer, `${key}-yl`, inner.x - LEFT + 2, inner.title, label);
   if (!line) return;
   const y = toY(line.value);
   scene.put(layer, `${key}-line`, "path", {
     class: "is-muted", d: `M${inner.x} ${y}h${inner.width}`, "stroke-dasharray": "5 4",
   });
-  const place = { class: "rs-tick", x: inner.x + inner.width, y: inner.title, "text-anchor": "end" };
-  scene.put(layer, `${key}-line-text`, "text", place, line.text);
+  scene.text(layer, `${key}-line-text`, inner.x + inner.width, inner.title, line.text, "rs-tick", "end");
 }
 
 function putGroup(scene, layer, key, inner, toY, { name, bars }, rows) {
@@ -72,10 +69,10 @@ function putGroup(scene, layer, key, inner, toY, { name, bars }, rows) {
         style: `${bar.style ?? ""};stroke-linecap:butt;stroke-dasharray:none`,
       });
     }
-    const place = { class: "rs-tick", x, "text-anchor": "middle" };
-    if (bar.text) scene.put(layer, `${key}-${number}-u`, "text", { ...place, y: toY(bar.value) - 4 }, bar.text);
-    if (bar.name) scene.put(layer, `${key}-${number}-n`, "text", { ...place, y: floor + LINE * (1 + (number % rows)) }, bar.name);
+    const put = (part, y, words) => scene.text(layer, `${key}-${number}-${part}`, x, y, words, "rs-tick", "middle");
+    if (bar.text) put("u", toY(bar.value) - 4, bar.text);
+    if (bar.name) put("n", floor + LINE * (1 + (number % rows)), bar.name);
   });
-  const below = { class: "rs-label", x: inner.x + 0.5 * inner.width, y: floor + 3 + LINE * (named ? rows + 1 : 1), "text-anchor": "middle" };
-  scene.put(layer, `${key}-name`, "text", below, name);
+  const below = floor + 3 + LINE * (named ? rows + 1 : 1);
+  scene.text(layer, `${key}-name`, inner.x + 0.5 * inner.width, below, name, "", "middle");
 }

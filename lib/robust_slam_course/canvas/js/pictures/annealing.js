@@ -4,6 +4,7 @@ import { minimaOf, sampledCost } from "../solve/landscapes.js";
 import { locationProblem } from "../solve/location.js";
 import { irls } from "../solve/loop.js";
 import { numberText, putAxes, putPath } from "../draw/axes.js";
+import { LAST_STEP } from "../draw/controls.js";
 import { putHandle } from "../draw/handle.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
@@ -36,8 +37,6 @@ export function render(context) {
 }
 
 const COST_SAMPLES = 211;
-/** A step that stands for the last one, however many there are. */
-const LAST_STEP = 1e6;
 
 /** The part of the x axis that is shown, and in which readings may be. */
 function annealingSpan(start) {
@@ -45,18 +44,13 @@ function annealingSpan(start) {
 }
 
 function cleanAnnealing(state, data) {
-  const start = state.start === "four" ? "four" : "seven";
+  const { start, kind, c, factor, step } = state;
   const given = data.starts[start];
   const own = state.z.length === given.length ? state.z : given;
   const z = given.map((reading, k) => boundedNumber(own[k], annealingSpan(start), reading, 1));
-  const kind = state.kind === "gm" ? "gm" : "tls";
-  const c = boundedNumber(state.c, [0.5, 6], 2);
-  const factor = boundedNumber(state.factor, [1.05, 2], 1.4);
   const last = gnc(locationProblem(z), c, kind, null, { factor }).history.length - 1;
   // A reader who is at the last step stays there when a reading makes the run longer.
-  const step = boundedNumber(state.step, [0, LAST_STEP], 0, 0);
-  const view = state.view === "path" ? "path" : "cost";
-  return { view, start, z, kind, c, factor, step: step >= last ? LAST_STEP : step };
+  return { ...state, z, step: step >= last ? LAST_STEP : step };
 }
 
 function solveAnnealing({ start, z, kind, c, factor, step }) {
@@ -122,21 +116,15 @@ function drawCost(scene, box, state, result, cost, x) {
   };
   const family = state.kind === "gm" ? "GM" : "TLS";
   const head = result.mu === null ? "Squared cost" : `Cost at μ = ${numberText(result.mu)}`;
-  putHead(scene, "cost-head", maps.inner.x, box.y - 8, `${head}, band: ${family}`);
+  scene.text("marks", "cost-head", maps.inner.x, box.y - 8, `${head}, band: ${family}`, "rs-head");
   putPath(scene, "back", "hard", maps, points(result.hard), { class: "rs-band" });
   putPath(scene, "lines", "soft", maps, points(cost), { class: "rs-line is-ink" });
   const spot = maps.toX(x);
   scene.put("lines", "before", "circle", {
     class: "rs-open is-estimate", cx: maps.toX(result.before), cy: height(result.before), r: 6,
   });
-  scene.put("marks", "now", "path", {
-    class: "rs-full is-estimate", d: `M${spot} ${height(x) - 7}l7 7l-7 7l-7 -7Z`,
-  });
+  scene.path("marks", "now", "rs-full is-estimate", `M${spot} ${height(x) - 7}l7 7l-7 7l-7 -7Z`);
   return maps;
-}
-
-function putHead(scene, key, x, y, text) {
-  scene.put("marks", key, "text", { class: "rs-head", x, y }, text);
 }
 
 /** A row for each reading: a handle, its pull on the estimate, its weight as bar and number. */
@@ -144,25 +132,20 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  putHead(scene, "rows-head", maps.inner.x, y - 8, `Readings; orange: rejected${width < 420 ? "" : " at the end"}`);
-  putHead(scene, "weights-head", column, y - 8, "weight");
-  scene.put("back", "rows-estimate", "path", {
-    class: "rs-edge is-estimate", d: `M${maps.toX(x)} ${y}V${y + height}`, "stroke-width": 1.5,
-  });
+  const head = `Readings; orange: rejected${width < 420 ? "" : " at the end"}`;
+  scene.text("marks", "rows-head", maps.inner.x, y - 8, head, "rs-head");
+  scene.text("marks", "weights-head", column, y - 8, "weight", "rs-head");
+  scene.path("back", "rows-estimate", "rs-edge is-estimate", `M${maps.toX(x)} ${y}V${y + height}`, 1.5);
   state.z.forEach((reading, k) => {
     const middle = y + (k + 0.5) * row;
     const [at, weight] = [maps.toX(reading), weights[k]];
     const rejected = result.end.weights[k] <= 0.5;
-    scene.put("lines", `pull-${k}`, "path", {
-      class: weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost",
-      d: `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, "stroke-width": 1 + 5 * weight,
-    });
-    scene.put("back", `bar-back-${k}`, "path", { class: "rs-edge is-grid", d: `M${column} ${middle}h30`, "stroke-width": 9 });
-    scene.put("lines", `bar-${k}`, "path", {
-      class: "rs-edge is-inlier", d: `M${column} ${middle}h${(30 * weight).toFixed(2)}`,
-      "stroke-width": weight > 0.0005 ? 9 : 0,
-    });
-    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column + 41, y: middle + 5 }, weight.toFixed(3));
+    const look = weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost";
+    scene.path("lines", `pull-${k}`, look, `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, 1 + 5 * weight);
+    scene.path("back", `bar-back-${k}`, "rs-edge is-grid", `M${column} ${middle}h30`, 9);
+    const bar = `M${column} ${middle}h${(30 * weight).toFixed(2)}`;
+    scene.path("lines", `bar-${k}`, "rs-edge is-inlier", bar, weight > 0.0005 ? 9 : 0);
+    scene.text("marks", `weight-${k}`, column + 41, middle + 5, weight.toFixed(3), "rs-tick");
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
       x: at, y: middle, look: rejected ? "rs-wrong" : "",
@@ -179,23 +162,23 @@ function drawPath(scene, box, state, result, change) {
   const last = Math.max(1, result.last);
   const maps = putAxes(scene, "grid", "path", box,
     { domain: result.span, label: "" }, { domain: [1.08 * last + 0.5, -0.5], label: null, ticks: [] });
-  putHead(scene, "path-head", maps.inner.x, box.y - 8, box.width < 270 ? "Path over μ" : "Path of the estimate over μ; dots: minima");
+  const head = box.width < 270 ? "Path over μ" : "Path of the estimate over μ; dots: minima";
+  scene.text("marks", "path-head", maps.inner.x, box.y - 8, head, "rs-head");
   const every = Math.ceil(last / 4);
   for (let k = every; k <= last; k += every) {
     const mu = result.history[k]?.mu;
     if (mu === undefined) continue;
-    const place = { class: "rs-tick", x: maps.inner.x - 6, y: maps.toY(k) + 4, "text-anchor": "end" };
-    scene.put("marks", `mu-${k}`, "text", place, numberText(mu, 2));
+    scene.text("marks", `mu-${k}`, maps.inner.x - 6, maps.toY(k) + 4, numberText(mu, 2), "rs-tick", "end");
   }
   const dots = result.minima.flatMap((places, k) => places.map(
     (x) => `M${maps.toX(x).toFixed(1)} ${maps.toY(k).toFixed(1)}h0`,
   ));
-  scene.put("back", "minima", "path", { class: "rs-dots is-muted", d: dots.join("") });
+  scene.path("back", "minima", "rs-dots is-muted", dots.join(""));
   const points = result.history.map(({ x }, k) => [maps.toX(x), maps.toY(k)]);
   putPath(scene, "lines", "path", maps, points, { class: "rs-line is-estimate" });
   const text = result.mu === null ? "least squares" : `μ = ${numberText(result.mu)}`;
   const [x, y] = points[result.step];
-  scene.put("marks", "mu-now", "text", { class: "rs-label rs-halo", x: x + 16, y: y + 4 }, text);
+  scene.text("marks", "mu-now", x + 16, y + 4, text, "rs-halo");
   const move = (step) => change({ step });
   putHandle(scene, "mu", {
     x, y, shape: "diamond", label: "μ, the step of the run",

@@ -14,7 +14,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "words"],
     controls: [
       {
-        kind: "slider", name: "percent", label: "Outliers", min: 0, max: MOST_PERCENT, step: 10,
+        kind: "slider", name: "percent", label: "Outliers", min: 0, max: 90, step: 10,
         text: (percent) => `${percent} %`,
       },
       { kind: "choice", name: "kind", label: "Kind", options: kinds.map((kind) => [kind, kind]) },
@@ -23,20 +23,12 @@ export function render(context) {
     ],
     main: ["percent", "right"],
     height: (width) => (width < WIDE ? 280 : stageHeight(width)),
-    clean: (state) => ({
-      percent: Math.min(MOST_PERCENT, Math.max(0, 10 * Math.round((Number(state.percent) || 0) / 10))),
-      kind: kinds.includes(state.kind) ? state.kind : kinds[0],
-      left: solvers.includes(state.left) ? state.left : solvers[0],
-      right: solvers.includes(state.right) ? state.right : solvers.at(-1),
-    }),
     solve: solveArena,
     moving: ({ runs }) => Float64Array.from(runs.flatMap(({ poses }) => poses)),
     draw: drawArena,
     caption: arenaCaption,
   });
 }
-
-const MOST_PERCENT = 90; // percent
 
 /** The poses of a map that is told by its steps, without headings. */
 function posesOf(steps, unit) {
@@ -69,9 +61,9 @@ function drawArena(scene, { width, height, data, result, shown }) {
     const map = fitAround(scene, `map-${side}`, boxes[side], data.truth, poses, 14);
     const own = shown.subarray(side * each, (side + 1) * each);
     const { x, width: wide } = boxes[side];
-    scene.put("words", `head-${side}`, "text", {
-      class: "rs-head", x: x + wide / 2, y: legend + 16, "text-anchor": "middle",
-    }, `${solver}: ${off.toFixed(2)} m`);
+    scene.text(
+      "words", `head-${side}`, x + wide / 2, legend + 16, `${solver}: ${off.toFixed(2)} m`, "rs-head", "middle",
+    );
     putDrive(scene, "ghost", `truth-${side}`, map, data.truth, "is-ghost");
     putDrive(scene, "drive", `map-${side}`, map, own, "is-estimate");
     result.closures.forEach((ends, k) => {

@@ -50,15 +50,8 @@ const BASIN_PLACES = 181;
 const MAP_ROWS = 47;
 
 function cleanBasins(state, data) {
-  const readings = state.readings === "pair" ? "pair" : "crowd";
   const z = data.z.map((given, k) => boundedNumber(state.z[k], BASIN_SPAN, given, 1));
-  return {
-    readings, z, view: state.view === "every c" ? "every c" : "cost",
-    kernel: LANDSCAPE_KERNELS.some(([name]) => name === state.kernel) ? state.kernel : "tls",
-    c: boundedNumber(state.c, [LEAST_C, MOST_C], 3, 1),
-    sigma: boundedNumber(state.sigma, [0.3, 3], 1, 1),
-    start: boundedNumber(state.start, BASIN_SPAN, 8, 2),
-  };
+  return { ...state, z, start: boundedNumber(state.start, BASIN_SPAN, 8, 2) };
 }
 
 function basinPlace(k) {
@@ -153,7 +146,7 @@ function drawBasins(scene, { state, result, shown, width, height, change }) {
 function drawLandscape(scene, box, state, result, cost, change) {
   const maps = putAxes(scene, "grid", "cost", box,
     { domain: BASIN_SPAN, label: "" }, { domain: [-0.12, 1.1], label: "cost, low to high", ticks: [] });
-  scene.put("marks", "cost-head", "text", { class: "rs-head", x: maps.inner.x, y: 14 }, "Cost and descent; circle: start");
+  scene.text("marks", "cost-head", maps.inner.x, 14, "Cost and descent; circle: start", "rs-head");
   const height = (x) => {
     const k = Math.min(BASIN_PLACES - 1.001, Math.max(0, (x - BASIN_SPAN[0]) / (basinPlace(1) - basinPlace(0))));
     const left = Math.floor(k);
@@ -164,18 +157,16 @@ function drawLandscape(scene, box, state, result, cost, change) {
   const { history } = result.run;
   const end = result.run.x;
   const dots = history.slice(1).map(({ x }) => `M${maps.toX(x).toFixed(1)} ${height(x).toFixed(1)}h0`);
-  scene.put("lines", "steps", "path", { class: "rs-dots is-estimate", d: dots.slice(0, 60).join("") });
+  scene.path("lines", "steps", "rs-dots is-estimate", dots.slice(0, 60).join(""));
   const [x, y] = [maps.toX(end), height(end)];
-  scene.put("marks", "end-line", "path", {
-    class: `rs-edge ${LOOK_OF[nearGroup(state.z, end)]}`, d: `M${x} ${y}V${maps.inner.y + maps.inner.height}`, "stroke-width": 2,
-  });
-  scene.put("marks", "end", "path", { class: "rs-full is-estimate", d: `M${x} ${y - 7}l7 7l-7 7l-7 -7Z` });
+  const look = LOOK_OF[nearGroup(state.z, end)];
+  scene.path("marks", "end-line", `rs-edge ${look}`, `M${x} ${y}V${maps.inner.y + maps.inner.height}`, 2);
+  scene.path("marks", "end", "rs-full is-estimate", `M${x} ${y - 7}l7 7l-7 7l-7 -7Z`);
   const room = [x - maps.inner.x > 80, maps.inner.x + maps.inner.width - x > 80];
   // The words stand on the side of the end that the descent does not come from.
   const onRight = !room[1] || (room[0] && state.start > end);
-  scene.put("marks", "end-text", "text", {
-    class: "rs-label rs-halo", x: x + (onRight ? -12 : 12), y: y + 16, "text-anchor": onRight ? "end" : "start",
-  }, `end ${placeText(end)}`);
+  const place = [x + (onRight ? -12 : 12), y + 16];
+  scene.text("marks", "end-text", ...place, `end ${placeText(end)}`, "rs-halo", onRight ? "end" : "start");
   putStart(scene, maps, height(state.start), state, end, change);
   return maps;
 }
@@ -200,9 +191,9 @@ function drawGroups(scene, y, maps, state, result, change) {
       : x < other || (x === other && k === 0);
     const fits = toLeft ? x > 100 : x < maps.inner.x + maps.inner.width - 90;
     if (fits) {
-      scene.put("marks", `group-${k}`, "text", {
-        class: "rs-label rs-halo", x: x + (toLeft ? -26 : 26), y: y + 4, "text-anchor": toLeft ? "end" : "start",
-      }, count === 1 ? "1 reading" : `${count} readings`);
+      const words = count === 1 ? "1 reading" : `${count} readings`;
+      const anchor = toLeft ? "end" : "start";
+      scene.text("marks", `group-${k}`, x + (toLeft ? -26 : 26), y + 4, words, "rs-halo", anchor);
     }
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
@@ -219,7 +210,7 @@ function drawGroups(scene, y, maps, state, result, change) {
 function runsOf(kinds) {
   const runs = [];
   kinds.forEach((kind, k) => {
-    const last = runs[runs.length - 1];
+    const last = runs.at(-1);
     if (last && last[0] === kind) last[2] = k;
     else runs.push([kind, k, k]);
   });
@@ -234,7 +225,7 @@ function cellEdges(maps, from, to) {
 }
 
 function drawBand(scene, { y, height }, maps, result) {
-  scene.put("marks", "band-head", "text", { class: "rs-head", x: maps.inner.x, y: y - 8 }, "Starts, by where they end");
+  scene.text("marks", "band-head", maps.inner.x, y - 8, "Starts, by where they end", "rs-head");
   const areas = { first: "", second: "", between: "", stays: "" };
   runsOf(result.kinds).forEach(([kind, from, to], k) => {
     const [left, right] = cellEdges(maps, from, to);
@@ -242,20 +233,19 @@ function drawBand(scene, { y, height }, maps, result) {
     if (right - left < 44) return;
     const end = result.ends[Math.round((from + to) / 2)];
     const text = kind === "stays" ? "stays" : `→ ${placeText(end)}`;
-    const place = { class: "rs-label", x: (left + right) / 2, y: y + height / 2 + 4, "text-anchor": "middle" };
-    scene.put("marks", `band-${k}`, "text", place, text);
+    scene.text("marks", `band-${k}`, (left + right) / 2, y + height / 2 + 4, text, "", "middle");
   });
   for (const [kind, look] of Object.entries(LOOK_OF)) {
-    scene.put("areas", `band-area-${kind}`, "path", { class: `rs-area ${look}`, d: areas[kind] });
+    scene.path("areas", `band-area-${kind}`, `rs-area ${look}`, areas[kind]);
   }
-  scene.put("areas", "band-stays", "path", { class: "rs-area is-grid", d: areas.stays });
+  scene.path("areas", "band-stays", "rs-area is-grid", areas.stays);
 }
 
 /** For every c: the minima, and beneath them the starts by where they end. */
 function drawFork(scene, box, state, result, _, change) {
   const maps = putAxes(scene, "grid", "fork", box,
     { domain: BASIN_SPAN, label: "" }, { domain: [LEAST_C, MOST_C], label: "c", ticks: [1, 3, 5, 7, 9, 11] });
-  scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: 14 }, "Starts for every c; black: minima");
+  scene.text("marks", "fork-head", maps.inner.x, 14, "Starts for every c; black: minima", "rs-head");
   const half = (MOST_C - LEAST_C) / (MAP_ROWS - 1) / 2;
   const areas = { first: "", second: "", between: "", stays: "" };
   const dots = result.branches.flatMap(([c, minima]) => minima.map(
@@ -271,18 +261,19 @@ function drawFork(scene, box, state, result, _, change) {
     }
   }
   for (const [kind, look] of Object.entries(LOOK_OF)) {
-    scene.put("areas", `fork-${kind}`, "path", { class: `rs-area ${look}`, d: areas[kind] });
+    scene.path("areas", `fork-${kind}`, `rs-area ${look}`, areas[kind]);
   }
-  scene.put("lines", "fork-minima", "path", { class: "rs-dots is-ink", d: dots.join("") });
+  scene.path("lines", "fork-minima", "rs-dots is-ink", dots.join(""));
   const y = maps.toY(state.c);
   const right = maps.inner.x + maps.inner.width;
-  scene.put("marks", "fork-c", "path", { class: "rs-edge is-ink", d: `M${maps.inner.x} ${y}H${right}`, "stroke-width": 1.5 });
+  scene.path("marks", "fork-c", "rs-edge is-ink", `M${maps.inner.x} ${y}H${right}`, 1.5);
   putHandle(scene, "c", {
     x: right - 12, y, shape: "diamond", label: "c, the scale of the cost", text: `c = ${numberText(state.c)}`,
     now: state.c, least: LEAST_C, most: MOST_C,
     drag: (px, py) => change({ c: maps.fromY(py) }),
     step: (across, up) => change({ c: state.c + 0.1 * (across || up) }),
-  });  putStart(scene, maps, y, state, result.run.x, change);
+  });
+  putStart(scene, maps, y, state, result.run.x, change);
   return maps;
 }
 

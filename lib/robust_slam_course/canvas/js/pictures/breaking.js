@@ -1,5 +1,6 @@
 import { putLegend } from "../draw/legend.js";
 import { putHandle } from "../draw/handle.js";
+import { boundedNumber } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { pathThrough } from "../draw/scene.js";
@@ -34,18 +35,12 @@ const SOLVER_NAMES = {
   squares: "least squares", gm: "Geman–McClure", gnc: "GNC", pcm: "PCM + GNC",
 };
 
-function cleanAttack(state, { towns, most, reach }) {
-  const whole = (value, low, high) => Math.min(high, Math.max(low, Math.round(Number(value) || 0)));
-  const town = Object.hasOwn(towns, state.town) ? state.town : Object.keys(towns)[0];
-  const count = whole(state.count, 1, most);
+function cleanAttack(state, { towns, reach }) {
+  const whole = (value, low, high) => boundedNumber(value, [low, high], low, 0);
+  const { town, count } = state;
   const j = whole(state.ends[1], 2, towns[town].truth.length / 3 - count);
   const offset = [0, 1].map((axis) => whole(state.offset[axis], -reach, reach));
-  return {
-    town, count, ends: [whole(state.ends[0], 0, j - 2), j],
-    solver: Object.hasOwn(SOLVER_NAMES, state.solver) ? state.solver : "gnc",
-    offset: offset.some(Boolean) ? offset : [1, 0],
-    copied: String(state.copied),
-  };
+  return { ...state, ends: [whole(state.ends[0], 0, j - 2), j], offset: offset.some(Boolean) ? offset : [1, 0] };
 }
 
 /** The score as `robust-slam replay` reads it. */
@@ -80,8 +75,8 @@ function drawAttack(scene, { state, result, shown, width, height, data, change }
   for (let k = 0; k < state.count; k += 1) {
     const [from, to, there] = [[truth, i], [truth, j], [claimed, j]].map(([poses, first]) => posePixels(map, poses, first + k));
     const kept = look(edges.length + k, "is-outlier");
-    scene.put("wrong", `wrong-${k}`, "path", { class: `rs-edge ${kept}`, d: pathThrough([from, to]), "stroke-width": 2.5 });
-    scene.put("wrong", `offset-${k}`, "path", { class: "is-accent", d: pathThrough([to, there]), "stroke-width": 2 });
+    scene.path("wrong", `wrong-${k}`, `rs-edge ${kept}`, pathThrough([from, to]), 2.5);
+    scene.path("wrong", `offset-${k}`, "is-accent", pathThrough([to, there]), 2);
   }
   const move = ([ends]) => ends[0] < ends[1] && change({ ends });
   putClosureHandles(scene, map, truth, [state.ends], move, { noun: "Outlier", removable: false });

@@ -4,6 +4,7 @@ import { numberText, putAxes } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { livePicture } from "../draw/picture.js";
+import { pathThrough } from "../draw/scene.js";
 import { WIDE } from "../draw/stage.js";
 
 /** Headings on a ring, the spectrum of their certificate, and the climb out of the plane. */
@@ -55,14 +56,7 @@ function cleanCertificate(state) {
   const count = state.ring === "three" ? 3 : 5;
   const twisted = (k) => wholeDegrees((360 * k) / count);
   const given = state.degrees.length === count ? state.degrees : Array(count).fill(null);
-  const whole = (value, most) => (
-    Number.isFinite(value) ? Math.min(most, Math.max(0, Math.round(value))) : 0);
-  return {
-    ring: count === 3 ? "three" : "five",
-    degrees: given.map((value, k) => (Number.isFinite(value) ? wholeDegrees(value) : twisted(k))),
-    alpha: whole(state.alpha, 90),
-    step: whole(state.step, 1000),
-  };
+  return { ...state, degrees: given.map((value, k) => (Number.isFinite(value) ? wholeDegrees(value) : twisted(k))) };
 }
 
 function solveCertificate({ degrees, alpha, step }, climbed) {
@@ -79,7 +73,7 @@ function solveCertificate({ degrees, alpha, step }, climbed) {
   const now = Math.min(step, frames.length - 1);
   const { R, r } = frames[now];
   const proof = certify(Q, R, r);
-  const best = frames[frames.length - 1].cost;
+  const best = frames.at(-1).cost;
   return {
     ...proof, R, r, best,
     step: now,
@@ -149,11 +143,7 @@ function drawRing(scene, { x, y, size }, state, result, arrows, tilt, change) {
     return [radius * Math.cos(around), radius * Math.sin(around), 0];
   });
   const draw = (layer, key, from, to, look, thick) => {
-    const [a, b] = [project(from), project(to)];
-    scene.put(layer, key, "path", {
-      class: `rs-edge ${look}`, "stroke-width": thick,
-      d: `M${a[0].toFixed(1)} ${a[1].toFixed(1)}L${b[0].toFixed(1)} ${b[1].toFixed(1)}`,
-    });
+    scene.path(layer, key, `rs-edge ${look}`, pathThrough([project(from), project(to)]), thick);
   };
   const tips = spots.map((spot, k) => {
     const [east, north, up] = arrows.subarray(3 * k, 3 * k + 3);
@@ -165,9 +155,8 @@ function drawRing(scene, { x, y, size }, state, result, arrows, tilt, change) {
     draw("grid", `edge-${k}`, spot, next, misfit > 0.01 ? "is-outlier" : "is-inlier", 1.5 + 0.6 * misfit);
     const along = (share) => project([0, 1].map((axis) => spot[axis] + share * (next[axis] - spot[axis])).concat(0));
     const middle = freePlace([0.5, 0.36, 0.64, 0.24, 0.76].map(along), tips.map(project), 28);
-    scene.put("marks", `misfit-${k}`, "text", {
-      class: "rs-label rs-halo", x: middle[0], y: middle[1] + 5, "text-anchor": "middle",
-    }, misfit.toFixed(misfit < 9.95 ? 2 : 1));
+    const words = misfit.toFixed(misfit < 9.95 ? 2 : 1);
+    scene.text("marks", `misfit-${k}`, middle[0], middle[1] + 5, words, "rs-halo", "middle");
     const tip = tips[k];
     draw("lines", `shadow-${k}`, spot, [tip[0], tip[1], 0], "is-ghost", 2);
     draw("lines", `rise-${k}`, [tip[0], tip[1], 0], tip, "is-ghost", 2);
@@ -201,14 +190,10 @@ function drawSpectrum(scene, box, result, eigenvalues) {
   const maps = putAxes(scene, "grid", "spectrum", box,
     { domain: [-4.4, 4.4], label: "eigenvalue", ticks: [-4, -2, 0, 2, 4] }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
-  scene.put("marks", "spectrum-head", "text", { class: "rs-head", x: box.x + 4, y: box.y - 6 },
-    `Eigenvalues of S: ${result.verdict}`);
-  scene.put("areas", "refused", "path", {
-    class: "rs-area is-outlier", d: `M${inner.x} ${inner.y}H${maps.toX(0)}V${inner.y + inner.height}H${inner.x}Z`,
-  });
-  scene.put("grid", "zero", "path", {
-    class: "rs-edge is-ink", d: `M${maps.toX(0)} ${inner.y}V${inner.y + inner.height}`, "stroke-width": 1.5,
-  });
+  scene.text("marks", "spectrum-head", box.x + 4, box.y - 6, `Eigenvalues of S: ${result.verdict}`, "rs-head");
+  const floor = inner.y + inner.height;
+  scene.path("areas", "refused", "rs-area is-outlier", `M${inner.x} ${inner.y}H${maps.toX(0)}V${floor}H${inner.x}Z`);
+  scene.path("grid", "zero", "rs-edge is-ink", `M${maps.toX(0)} ${inner.y}V${floor}`, 1.5);
   const nought = 1e-5 * Math.max(...result.eigenvalues.map(Math.abs), 1);
   const stacks = [];
   eigenvalues.forEach((value, k) => {
@@ -218,19 +203,16 @@ function drawSpectrum(scene, box, result, eigenvalues) {
     const y = inner.y + inner.height - 12 - 15 * above;
     const exact = result.eigenvalues[k];
     const kind = Math.abs(exact) <= nought ? "zero" : exact < 0 ? "below" : "above";
-    const shapes = {
-      zero: `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0Z`,
-      above: `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0Z`,
-      below: `M${x - 6} ${y - 5}H${x + 6}L${x} ${y + 6}Z`,
-    };
+    const d = kind === "below" ? `M${x - 6} ${y - 5}H${x + 6}L${x} ${y + 6}Z`
+      : `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0Z`;
     const looks = { zero: "rs-open is-ink", above: "rs-full is-estimate", below: "rs-full is-outlier" };
-    scene.put("marks", `value-${k}`, "path", { class: `rs-eigen ${looks[kind]}`, d: shapes[kind] });
+    scene.path("marks", `value-${k}`, `rs-eigen ${looks[kind]}`, d);
   });
   const negative = result.lambdaMin < 0;
-  scene.put("marks", "lowest", "text", {
-    class: "rs-label", x: maps.toX(0) + (negative ? -8 : 8), y: inner.y + 14,
-    "text-anchor": negative ? "end" : "start",
-  }, `smallest ${result.lambdaMin.toFixed(2).replace("-", "−")}`);
+  scene.text(
+    "marks", "lowest", maps.toX(0) + (negative ? -8 : 8), inner.y + 14,
+    `smallest ${result.lambdaMin.toFixed(2).replace("-", "−")}`, "", negative ? "end" : "start",
+  );
 }
 
 /** The cost, what it is at least, and between them the most that can be gained. */
@@ -239,21 +221,17 @@ function drawCosts(scene, box, n, result, cost, lower) {
     { domain: [-1, 8 * n + 2], label: "cost" }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
   const y = inner.y + 0.5 * inner.height - 2;
-  scene.put("marks", "costs-head", "text", { class: "rs-head", x: box.x + 4, y: box.y - 2 }, "Bar: at most to gain");
+  scene.text("marks", "costs-head", box.x + 4, box.y - 2, "Bar: at most to gain", "rs-head");
   const [left, right] = [maps.toX(lower), maps.toX(cost)];
-  scene.put("areas", "gap", "path", {
-    class: "rs-area rs-bound is-accent", d: `M${left} ${y - 11}H${right}V${y + 11}H${left}Z`,
-  });
-  scene.put("lines", "lower", "path", { class: "rs-edge rs-bound is-accent", d: `M${left} ${y - 14}V${y + 14}`, "stroke-width": 2.5 });
+  scene.path("areas", "gap", "rs-area rs-bound is-accent", `M${left} ${y - 11}H${right}V${y + 11}H${left}Z`);
+  scene.path("lines", "lower", "rs-edge rs-bound is-accent", `M${left} ${y - 14}V${y + 14}`, 2.5);
   const best = maps.toX(result.best);
-  scene.put("lines", "best", "path", { class: "rs-edge is-inlier", d: `M${best} ${y - 16}V${y + 22}`, "stroke-width": 2.5 });
-  scene.put("marks", "best-text", "text", { class: "rs-label rs-halo", x: best + 8, y: y + 26 },
-    `lowest ${result.best.toFixed(2)}`);
-  scene.put("marks", "cost", "path", { class: "rs-full is-estimate", d: `M${right} ${y - 9}l9 9l-9 9l-9 -9Z` });
+  scene.path("lines", "best", "rs-edge is-inlier", `M${best} ${y - 16}V${y + 22}`, 2.5);
+  scene.text("marks", "best-text", best + 8, y + 26, `lowest ${result.best.toFixed(2)}`, "rs-halo");
+  scene.path("marks", "cost", "rs-full is-estimate", `M${right} ${y - 9}l9 9l-9 9l-9 -9Z`);
   const atRight = right > inner.x + inner.width - 90;
-  scene.put("marks", "cost-text", "text", {
-    class: "rs-label rs-halo", x: right + (atRight ? -14 : 14), y: y - 14, "text-anchor": atRight ? "end" : "start",
-  }, `cost ${result.cost.toFixed(2)}`);
+  const [aside, anchor] = atRight ? [-14, "end"] : [14, "start"];
+  scene.text("marks", "cost-text", right + aside, y - 14, `cost ${result.cost.toFixed(2)}`, "rs-halo", anchor);
 }
 
 function certificateCaption({ state, result }) {

@@ -2,13 +2,13 @@ import { numberText } from "../draw/axes.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { boundedNumber } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { twoPanels } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { agreeingClosures } from "../solve/aliasing.js";
 import { pcm } from "../solve/consistency.js";
 import { irls } from "../solve/loop.js";
 import { alignPoses, ate } from "../solve/metrics.js";
-import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
+import { graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 
 /**
  * Closures on a map, correct ones and wrong ones that the reader moves; which of them agree, as
@@ -21,7 +21,7 @@ export function render(context) {
     controls: [
       {
         kind: "slider", name: "count", label: "Wrong closures", min: 0, max: MOST_WRONG_CLOSURES, step: 1,
-        text: (value) => String(value),
+        text: String,
       },
       { kind: "toggle", name: "agree", label: "They agree" },
       {
@@ -52,7 +52,7 @@ const BESIDE = { ring: drawAgreement, errors: drawCycleErrors, switches: drawSwi
 
 function cleanConsistency(state, data) {
   const last = data.truth.length / 3 - 1;
-  const count = boundedNumber(state.count, [0, MOST_WRONG_CLOSURES], 4, 0);
+  const { count } = state;
   const end = (pose, most, instead) => boundedNumber(pose, [0, most], instead, 0);
   const pair = ([i, j], most, instead) => {
     const [tail, head] = [end(i, most, instead[0]), end(j, most, instead[1])];
@@ -60,18 +60,14 @@ function cleanConsistency(state, data) {
   };
   const lone = data.lone.map((instead, k) => pair(Array.isArray(state.lone[k]) ? state.lone[k] : instead, last, instead));
   return {
-    count, agree: state.agree, gamma: boundedNumber(state.gamma, [1, 100], CHI_99_SE2),
-    map: state.map === "switches" ? "switches" : "pcm",
-    beside: Object.hasOwn(BESIDE, state.beside) ? state.beside : "ring",
-    lone, group: pair(state.group, last + 1 - Math.max(1, count), data.group),
+    ...state, lone, group: pair(state.group, last + 1 - Math.max(1, count), data.group),
     chosen: boundedNumber(state.chosen, [0, Math.max(0, count - 1)], 0, 0),
   };
 }
 
 function wrongClosures(state, truth) {
   if (state.agree) return agreeingClosures(truth, state.group, state.count);
-  const edges = state.lone.slice(0, state.count);
-  return { edges };
+  return { edges: state.lone.slice(0, state.count) };
 }
 
 function solveConsistency(state, data) {
@@ -111,9 +107,7 @@ function chosenPlace(state, result) {
 
 function drawConsistency(scene, view) {
   const all = { x: 0, y: 0, width: view.width, height: view.height };
-  const tall = 0.53 * all.height;
-  const [map, beside] = all.width >= WIDE ? sideBySide(all, [1, 1])
-    : [{ ...all, height: tall }, { ...all, y: tall, height: all.height - tall }];
+  const [map, beside] = twoPanels(all, [1, 1], 0.53);
   drawClosureMap(scene, view, map);
   BESIDE[view.state.beside](scene, view, beside);
 }
@@ -122,8 +116,8 @@ function drawClosureMap(scene, { state, result, shown, data, change }, box) {
   const inner = { ...box, y: box.y + 20, height: box.height - 20 };
   const map = fitAround(scene, "map", inner, data.truth, result.shown);
   const way = state.map === "pcm" ? "PCM, then least squares" : "Switches";
-  const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
-  scene.put("words", "map-head", "text", head, `${way}: ${result.off[state.map].toFixed(2)} m off`);
+  const head = `${way}: ${result.off[state.map].toFixed(2)} m off`;
+  scene.text("words", "map-head", box.x + 0.5 * box.width, box.y + 14, head, "rs-head", "middle");
   scene.clip("drive", { x: box.x, y: box.y + 18, width: box.width, height: box.height - 18 });
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   putDrive(scene, "drive", "map", map, shown, "is-estimate");
@@ -139,7 +133,7 @@ function drawClosureMap(scene, { state, result, shown, data, change }, box) {
   held.forEach(([i], k) => {
     const [x, y] = posePixels(map, data.truth, i);
     const name = state.agree && state.count > 1 ? `1–${state.count}` : String(k + 1);
-    scene.put("words", `name-${k}`, "text", { class: "rs-head rs-halo", x: x - 13, y: y + 20, "text-anchor": "end" }, name);
+    scene.text("words", `name-${k}`, x - 13, y + 20, name, "rs-head rs-halo", "end");
   });
   const edit = (list) => {
     if (state.agree) return change({ group: list[0] });
@@ -155,8 +149,8 @@ const VERTEX = { true: "M-7 -7H7V7H-7Z", false: "M-8 0a8 8 0 1 0 16 0a8 8 0 1 0 
 function drawAgreement(scene, { state, result }, box) {
   const { adjacency, isMember, correct, clique } = result;
   const count = isMember.length;
-  const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
-  scene.put("words", "ring-head", "text", head, `Largest set that agrees: ${clique.length} of ${count}`);
+  const head = `Largest set that agrees: ${clique.length} of ${count}`;
+  scene.text("words", "ring-head", box.x + 0.5 * box.width, box.y + 14, head, "rs-head", "middle");
   const [rx, ry] = [0.5 * Math.min(box.width, 340) - 34, 0.5 * (Math.min(box.height, 340) - 22) - 28];
   const [cx, cy] = [box.x + 0.5 * box.width, box.y + 22 + 0.5 * (box.height - 22)];
   const at = (place, out = 0) => {
@@ -171,8 +165,8 @@ function drawAgreement(scene, { state, result }, box) {
       lines[isMember[p] && isMember[q] ? "members" : "pairs"] += `M${x.toFixed(1)} ${y.toFixed(1)}L${u.toFixed(1)} ${v.toFixed(1)}`;
     }
   }
-  scene.put("pairs", "pairs", "path", { class: "is-muted", d: lines.pairs, "stroke-width": 1 });
-  scene.put("members", "members", "path", { class: "is-estimate", d: lines.members, "stroke-width": 2 });
+  scene.path("pairs", "pairs", "is-muted", lines.pairs, 1);
+  scene.path("members", "members", "is-estimate", lines.members, 2);
   for (let place = 0; place < count; place += 1) {
     const wrong = place >= correct;
     const [x, y] = at(place);
@@ -182,8 +176,8 @@ function drawAgreement(scene, { state, result }, box) {
       style: `stroke:${colour};fill:${isMember[place] ? colour : "var(--rs-card)"}`,
     });
     const [tx, ty] = at(place, 20);
-    const name = { class: place === chosenPlace(state, result) ? "rs-head" : "rs-label", x: tx, y: ty + 4, "text-anchor": "middle" };
-    scene.put("words", `vertex-name-${place}`, "text", name, closureName(place, correct));
+    const look = place === chosenPlace(state, result) ? "rs-head" : "";
+    scene.text("words", `vertex-name-${place}`, tx, ty + 4, closureName(place, correct), look, "middle");
   }
 }
 

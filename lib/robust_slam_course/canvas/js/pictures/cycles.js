@@ -1,7 +1,9 @@
 import { numberText } from "../draw/axes.js";
+import { possibleJoins } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
+import { setAttributes } from "../draw/scene.js";
+import { stageHeight, twoPanels, WIDE } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { alignPoses } from "../solve/metrics.js";
 import {
@@ -52,15 +54,9 @@ function leastGap(place) {
 }
 
 function cleanCycles(state, data) {
-  const place = state.place === "pentagon" ? "pentagon" : "town";
-  const joins = (name) => {
-    const last = data[name].truth.length / 3 - 1;
-    return state[name].filter((join) => Array.isArray(join) && join.length === 2
-      && join.every((pose) => Number.isInteger(pose) && pose >= 0 && pose <= last)
-      && Math.abs(join[0] - join[1]) >= leastGap(name)).slice(0, MOST_JOINS);
-  };
-  const sigma = Number.isFinite(state.sigma) ? Math.min(1, Math.max(0.01, state.sigma)) : 0.05;
-  return { place, correct: state.correct, sigma, town: joins("town"), pentagon: joins("pentagon") };
+  const joins = (name) => (
+    possibleJoins(state[name], data[name].truth.length / 3 - 1, leastGap(name), MOST_JOINS));
+  return { ...state, town: joins("town"), pentagon: joins("pentagon") };
 }
 
 // Each new join of the town is long, and none repeats one that is there.
@@ -131,7 +127,7 @@ function heatStyle(norm) {
 
 function drawCycles(scene, { state, result, shown, width, height, change }) {
   const { truth } = result.given;
-  const [left, right] = cycleBoxes(width, height);
+  const [left, right] = twoPanels({ x: 0, y: 0, width, height }, [1.25, 1], 0.66);
   const box = { ...left, y: 22, height: left.height - 22 };
   const map = fitAround(scene, state.place, box, truth, result.poses, state.place === "town" ? 24 : 42);
   for (const layer of ["edges", "drive"]) scene.clip(layer, box);
@@ -141,7 +137,7 @@ function drawCycles(scene, { state, result, shown, width, height, change }) {
   result.joins.forEach((join, k) => {
     putEdge(scene, "wrong", `wrong-${k}`, map, truth, join, "is-outlier", 3);
   });
-  scene.put("strip", "key", "text", { class: "rs-tick", x: 2, y: 14 }, "dotted: true path; colour: u");
+  scene.text("strip", "key", 2, 14, "dotted: true path; colour: u", "rs-tick");
   putStrip(scene, "strip", "norms", right, residualGroups(state, result), {
     domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u",
     line: { value: CHI_99_SE2, text: "dashed: 99 % of inliers" },
@@ -151,19 +147,13 @@ function drawCycles(scene, { state, result, shown, width, height, change }) {
   });
 }
 
-/** Where map and bars stand: side by side, or where the page is narrow one above the other. */
-function cycleBoxes(width, height) {
-  const all = { x: 0, y: 0, width, height };
-  if (width >= WIDE) return sideBySide(all, [1.25, 1]);
-  return [{ ...all, height: 0.66 * height }, { ...all, y: 0.66 * height, height: 0.34 * height }];
-}
-
 function putHeatedEdges(scene, map, shown, { graph, norms, steps, closures }) {
   for (let k = 0; k < steps + closures; k += 1) {
     const ends = [graph.tail[k], graph.head[k]];
     const wide = (k < steps ? 2 : 1.2) * (1 + 1.5 * heatOf(norms[k]));
-    putEdge(scene, k < steps ? "drive" : "edges", `edge-${k}`, map, shown, ends, "is-estimate", wide.toFixed(1));
-    scene.put(k < steps ? "drive" : "edges", `edge-${k}`, "path", { style: heatStyle(norms[k]) });
+    const layer = k < steps ? "drive" : "edges";
+    const edge = putEdge(scene, layer, `edge-${k}`, map, shown, ends, "is-estimate", wide.toFixed(1));
+    setAttributes(edge, { style: heatStyle(norms[k]) });
   }
 }
 
@@ -180,10 +170,10 @@ function putPentagonNames(scene, map, shown, truth) {
   for (let k = 0; k < count; k += 1) {
     const [x, y] = posePixels(map, truth, k);
     const far = Math.hypot(x - mx, y - my);
-    const place = { x: x + (30 * (x - mx)) / far, y: y + 4 + (24 * (y - my)) / far, "text-anchor": "middle" };
-    scene.put("ghost", `name-${k}`, "text", { class: "rs-head", ...place }, String(k + 1));
+    const beside = [x + (30 * (x - mx)) / far, y + 4 + (24 * (y - my)) / far];
+    scene.text("ghost", `name-${k}`, ...beside, String(k + 1), "rs-head", "middle");
     const [px, py] = posePixels(map, shown, k);
-    scene.put("ghost", `way-${k}`, "path", { class: "is-ghost", d: `M${x} ${y}L${px} ${py}` });
+    scene.path("ghost", `way-${k}`, "is-ghost", `M${x} ${y}L${px} ${py}`);
     const turn = (-shown[3 * k + 2] * 180) / Math.PI;
     scene.put("wrong", `heading-${k}`, "path", {
       class: "is-ink", d: `M0 0H${ARROW}m-6 -5l6 5l-6 5`, "stroke-width": 2,

@@ -1,4 +1,4 @@
-import { numberText } from "../draw/axes.js";
+import { numberText, putTurned } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { livePicture } from "../draw/picture.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
@@ -33,17 +33,10 @@ export function render(context) {
   });
 }
 
-function cleanGraduation(state, { noises, claims, starts }) {
+function cleanGraduation(state, { noises, claims }) {
   const within = (value, values) => (Number.isInteger(value)
     ? Math.min(values.length - 1, Math.max(0, value)) : 2);
-  return {
-    start: starts.includes(state.start) ? state.start : starts[0],
-    kernel: state.kernel === "GM" ? "GM" : "TLS",
-    kind: state.kind === "random" ? "random" : "consistent",
-    percent: String(state.percent) === "75" ? "75" : "50",
-    noise: within(state.noise, noises),
-    claim: within(state.claim, claims),
-  };
+  return { ...state, noise: within(state.noise, noises), claim: within(state.claim, claims) };
 }
 
 /**
@@ -66,10 +59,10 @@ function drawGraduation(scene, { state, result, width, height, data, change }) {
     const m = chosen[k];
     const cell = [box.width / data.noises.length, box.height / data.claims.length];
     const count = result.here[s][m];
-    const title = { class: "rs-head", x: box.x, y: box.y - 8 };
-    scene.put("words", `${k}-title`, "text", title, `${data.methods[m]}: ${count} of ${data.runs}`);
+    scene.text("words", `${k}-title`, box.x, box.y - 8, `${data.methods[m]}: ${count} of ${data.runs}`, "rs-head");
     putSquares(scene, String(k), box, cell, result.table[s][m], data.runs);
-    putPanelFrame(scene, String(k), box);
+    const frame = `M${box.x} ${box.y}h${box.width}v${box.height}h${-box.width}Z`;
+    scene.path("frames", `${k}-frame`, "is-muted", frame, 1);
     putPanelAxes(scene, k, box, cell, data, width);
     const x = box.x + (state.noise + 0.5) * cell[0];
     const y = box.y + box.height - (state.claim + 0.5) * cell[1];
@@ -97,27 +90,19 @@ function putSquares(scene, key, { x, y }, [wide, tall], counts, runs) {
   }
 }
 
-function putPanelFrame(scene, key, { x, y, width, height }) {
-  const d = `M${x} ${y}h${width}v${height}h${-width}Z`;
-  scene.put("frames", `${key}-frame`, "path", { class: "is-muted", "stroke-width": 1, d });
-}
-
 function putPanelAxes(scene, key, { x, y, width, height }, cell, { noises, claims }, all) {
   if (!key) {
     claims.forEach((claim, k) => {
-      const at = { class: "rs-tick", x: x - 6, y: y + height - (k + 0.5) * cell[1] + 5, "text-anchor": "end" };
-      scene.put("words", `y-${k}`, "text", at, claimText(claim));
+      scene.text("words", `y-${k}`, x - 6, y + height - (k + 0.5) * cell[1] + 5, claimText(claim), "rs-tick", "end");
     });
-    const [cx, cy] = [13, y + height / 2];
-    const turned = { x: cx, y: cy, "text-anchor": "middle", transform: `rotate(-90 ${cx} ${cy})` };
-    scene.put("words", "yl", "text", turned, "claimed / true σ");
+    putTurned(scene, "words", "yl", 13, y + height / 2, "claimed / true σ");
   }
   noises.forEach((noise, k) => {
-    const at = { class: "rs-tick", x: x + (k + 0.5) * cell[0], y: y + height + 17, "text-anchor": "middle" };
-    scene.put("words", `${key}-x-${k}`, "text", at, numberText(100 * noise));
+    const across = x + (k + 0.5) * cell[0];
+    scene.text("words", `${key}-x-${k}`, across, y + height + 17, numberText(100 * noise), "rs-tick", "middle");
   });
-  const below = { x: x + width / 2, y: y + height + 36, "text-anchor": "middle" };
-  scene.put("words", `${key}-xl`, "text", below, all < WIDE ? "noise (0.01 rad)" : "odometry noise (0.01 rad a step)");
+  const label = all < WIDE ? "noise (0.01 rad)" : "odometry noise (0.01 rad a step)";
+  scene.text("words", `${key}-xl`, x + width / 2, y + height + 36, label, "", "middle");
 }
 
 function putPoint(scene, { x, y }, box, [wide, tall], state, { noises, claims }, change) {

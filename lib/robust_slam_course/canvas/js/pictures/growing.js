@@ -29,7 +29,7 @@ export function render(context) {
       })),
     ],
     main: ["pose"],
-    clean: cleanGrowing,
+    clean: (state) => ({ ...state, pose: Math.min(data.last, Math.max(2, state.pose)) }),
     solve: solveGrowing,
     moving: ({ poses, ellipses }) => Float64Array.from([...poses, ...ellipses.flatMap(({ shape }) => shape)]),
     draw: drawGrowing,
@@ -38,15 +38,6 @@ export function render(context) {
 }
 
 const EVERY = 3; // poses from one ellipse to the next
-
-function cleanGrowing(state, { arrivals, last, mayDrop }) {
-  const whole = (value, low, high) => Math.min(high, Math.max(low, Math.round(Number(value) || 0)));
-  const cleaned = {
-    pose: whole(state.pose, 2, last), arrives: whole(state.arrives, arrivals[0], arrivals.at(-1)),
-  };
-  mayDrop.forEach((_, k) => { cleaned[`with${k}`] = state[`with${k}`] !== false; });
-  return cleaned;
-}
 
 function solveGrowing(state, data) {
   const { minds, mayDrop, edges, trusted, arrivals, truth } = data;
@@ -146,7 +137,7 @@ function putEllipse(scene, key, map, [x, y], shape, holds) {
     return [x + map.scale * (shape[0] * c + shape[1] * s), y - map.scale * (shape[2] * c + shape[3] * s)];
   });
   const look = holds ? "is-muted" : "is-outlier";
-  scene.put("ellipses", key, "path", { class: `rs-edge ${look}`, d: `${pathThrough(points)}Z`, "stroke-width": holds ? 1 : 2 });
+  scene.path("ellipses", key, `rs-edge ${look}`, `${pathThrough(points)}Z`, holds ? 1 : 2);
 }
 
 /** When each closure arrives and while it is kept, in the order of arrival. */
@@ -156,21 +147,21 @@ function drawTimes(scene, { x, y, width, height }, { state, result, data }) {
   const toX = (pose) => x + name + ((width - name - 6) * pose) / (data.last + 1);
   const step = Math.min(30, (height - 60) / Math.max(order.length, 1));
   const low = y + 26 + step * order.length;
-  scene.put("words", "times", "text", { class: "rs-head", x, y: y + 15 }, "kept from … to …");
+  scene.text("words", "times", x, y + 15, "kept from … to …", "rs-head");
   order.forEach((closure, k) => {
     const { ends, isOutlier, told, spans } = closure;
     const line = y + 30 + (k + 0.3) * step;
     const key = `time-${ends.join("-")}`;
-    scene.put("words", `${key}-name`, "text", { x, y: line + 5, class: isOutlier ? "rs-head" : "" }, ends.join("–"));
-    scene.put("bars", `${key}-told`, "path", { class: "rs-edge is-rejected", d: `M${toX(told)} ${line}H${toX(data.last + 1)}`, "stroke-width": 1.5 });
+    scene.text("words", `${key}-name`, x, line + 5, ends.join("–"), isOutlier ? "rs-head" : "");
+    scene.path("bars", `${key}-told`, "rs-edge is-rejected", `M${toX(told)} ${line}H${toX(data.last + 1)}`, 1.5);
     spans.forEach(([from, to], n) => scene.put("bars", `${key}-${n}`, "path", {
       class: `rs-edge ${isOutlier ? "is-outlier" : "is-inlier"}`, "stroke-width": 6,
       style: "stroke-dasharray:none", d: `M${toX(Math.max(from, told))} ${line}H${toX(to)}`,
     }));
   });
   const now = toX(state.pose + 0.5);
-  scene.put("axis", "now", "path", { class: "is-muted", d: `M${now} ${y + 24}V${low}`, "stroke-width": 1.5 });
-  scene.put("words", "now-text", "text", { class: "rs-tick", x: Math.min(now, x + width - 24), y: low + 16, "text-anchor": "middle" }, `pose ${state.pose}`);
+  scene.path("axis", "now", "is-muted", `M${now} ${y + 24}V${low}`, 1.5);
+  scene.text("words", "now-text", Math.min(now, x + width - 24), low + 16, `pose ${state.pose}`, "rs-tick", "middle");
 }
 
 function growingCaption({ state, result, data }) {

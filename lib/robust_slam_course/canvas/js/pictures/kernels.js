@@ -7,7 +7,7 @@ import { putEndLabels } from "../draw/labels.js";
 import { putMarker } from "../draw/marker.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { twoPanels } from "../draw/stage.js";
 
 /** One reading that moves away from eight others, as four kernels see it. */
 export function render(context) {
@@ -22,7 +22,7 @@ export function render(context) {
       { kind: "choice", name: "curve", label: "Curve", options: CURVES.map(({ part, label }) => [part, label]) },
     ],
     main: ["c"],
-    clean: cleanKernels,
+    clean: (state) => ({ ...state, z: boundedNumber(state.z, [0, FARTHEST], 8, 2) }),
     solve: (state, data) => solveKernels(state, data, drifts),
     moving: ({ estimates, residuals }) => [...estimates, ...residuals],
     draw: drawKernels,
@@ -47,13 +47,6 @@ const KERNEL_LOOKS = [
   { name: "tls", text: "TLS", colour: "accent", dash: "1 4.5", shape: "plus" },
 ];
 
-function cleanKernels({ z, c, curve }) {
-  return {
-    z: boundedNumber(z, [0, FARTHEST], 8, 2), c: boundedNumber(c, [0.5, 5], 2.5, 1),
-    curve: CURVES.some(({ part }) => part === curve) ? curve : CURVES[0].part,
-  };
-}
-
 function solveKernels({ z, c }, { inliers }, drifts) {
   const problem = locationProblem([...inliers, z]);
   const results = KERNEL_LOOKS.map(({ name }) => irls(problem, name, c, 0));
@@ -77,9 +70,7 @@ function driftsOf(c, inliers) {
 
 function drawKernels(scene, view) {
   const { width, height, state: { c, z, curve }, result, shown, data, change } = view;
-  const all = { x: 0, y: STRIP, width, height: height - STRIP };
-  const half = { ...all, height: all.height / 2 };
-  const [left, right] = width >= WIDE ? sideBySide(all, [1, 1], 8) : [half, { ...half, y: STRIP + half.height }];
+  const [left, right] = twoPanels({ x: 0, y: STRIP, width, height: height - STRIP }, [1, 1], 0.5, 8);
   putLine(scene, width, z, data.inliers, change);
   const [estimates, residuals] = [shown.slice(0, 4), shown.slice(4)];
   const { label, top } = CURVES.find(({ part }) => part === curve);
@@ -126,19 +117,15 @@ function putLine(scene, width, z, inliers, change) {
   const [low, high] = [-2, FARTHEST];
   const toX = (value) => left + ((value - low) / (high - low)) * (right - left);
   const y = 30;
-  scene.put("axes", "line", "path", { class: "rs-edge is-muted", d: `M${left} ${y}H${right}` });
+  scene.path("axes", "line", "rs-edge is-muted", `M${left} ${y}H${right}`);
   for (const value of [0, 5, 10, 15]) {
-    scene.put("axes", `line-${value}`, "path", { class: "rs-edge is-muted", d: `M${toX(value)} ${y}v6` });
-    const place = { class: "rs-tick", x: toX(value), y: y + 20, "text-anchor": "middle" };
-    scene.put("axes", `line-text-${value}`, "text", place, String(value));
+    scene.path("axes", `line-${value}`, "rs-edge is-muted", `M${toX(value)} ${y}v6`);
+    scene.text("axes", `line-text-${value}`, toX(value), y + 20, String(value), "rs-tick", "middle");
   }
   inliers.forEach((value, k) => {
-    scene.put("axes", `inlier-${k}`, "path", {
-      class: "rs-edge is-inlier", d: `M${toX(value)} ${y - 11}v11`, "stroke-width": 3,
-    });
+    scene.path("axes", `inlier-${k}`, "rs-edge is-inlier", `M${toX(value)} ${y - 11}v11`, 3);
   });
-  const words = { class: "rs-label", x: toX(0), y: y - 17, "text-anchor": "middle" };
-  scene.put("words", "inliers", "text", words, "8 inliers");
+  scene.text("words", "inliers", toX(0), y - 17, "8 inliers", "", "middle");
   putHandle(scene, "reading", {
     x: toX(z), y, shape: "diamond", look: "rs-wrong",
     label: "Ninth reading", text: z.toFixed(2), now: z, least: 0, most: FARTHEST,

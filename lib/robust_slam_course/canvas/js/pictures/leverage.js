@@ -8,7 +8,7 @@ import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { twoPanels } from "../draw/stage.js";
 
 /** Readings of a wall, the fitted line, the pull of each reading and the influence curve. */
 export function render(context) {
@@ -43,13 +43,11 @@ function kernelText(name) {
 
 function cleanLeverage(state, data) {
   const count = data.y.length;
-  const kernel = Object.hasOwn(data.kernels, state.kernel) ? state.kernel : "squared";
   const held = Number.isInteger(state.held) && state.held >= 0 && state.held < count ? state.held : 0;
   const p = numbersWithin(state.p, data.p, PLACE_RANGE);
   // Readings at one place do not determine a slope.
   const possible = Math.max(...p) - Math.min(...p) >= 1;
-  const beside = state.beside === "bars" ? "bars" : "curve";
-  return { kernel, beside, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
+  return { ...state, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
 }
 
 /** `values` within a range and to a thousandth, with `first` where one is no number. */
@@ -83,9 +81,7 @@ function drawLeverage(scene, view) {
   const count = state.y.length;
   const now = { a: shown[0], b: shown[1], pulls: shown.slice(2, 2 + count) };
   [now.reach, now.top] = shown.slice(2 + count);
-  const all = { x: 0, y: 0, width, height };
-  const [wall, beside] = width >= WIDE ? sideBySide(all, [1.5, 1], 4)
-    : [{ ...all, height: 0.55 * height }, { ...all, y: 0.55 * height, height: 0.45 * height }];
+  const [wall, beside] = twoPanels({ x: 0, y: 0, width, height }, [1.5, 1], 0.55, 4);
   drawWall(scene, wall, view, now);
   (state.beside === "bars" ? drawPullBars : drawInfluence)(scene, beside, view, now);
 }
@@ -115,7 +111,7 @@ function drawWall(scene, box, { state, data, change }, { a, b }) {
   state.y.forEach((y, k) => {
     const [x, from, to] = [axes.toX(state.p[k]), axes.toY(line(state.p[k])), axes.toY(y)];
     const look = isOffWall(state.p[k], y, data) ? "is-outlier" : "is-inlier";
-    scene.put("springs", `spring-${k}`, "path", { class: `rs-spring ${look}`, d: springPath(x, from, to) });
+    scene.path("springs", `spring-${k}`, `rs-spring ${look}`, springPath(x, from, to));
     putReading(scene, axes, k, state, data, change);
   });
 }
@@ -155,22 +151,18 @@ function drawPullBars(scene, box, { state, result, data }, { pulls, top }) {
     { domain: [-top, top], label: "pull ψ(u)" },
   );
   const zero = axes.toY(0);
-  scene.put("axes", "bars-zero", "path", {
-    class: "rs-edge is-muted", d: `M${axes.inner.x} ${zero}h${axes.inner.width}`,
-  });
+  scene.path("axes", "bars-zero", "rs-edge is-muted", `M${axes.inner.x} ${zero}h${axes.inner.width}`);
   const thick = Math.min(13, (0.6 * axes.inner.width) / 18.2);
   pulls.forEach((pull, k) => {
     const x = axes.toX(state.p[k]);
     const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
-    scene.put("lines", `bar-${k}`, "path", {
-      class: `rs-bar ${look}`, d: `M${x.toFixed(1)} ${zero.toFixed(1)}V${axes.toY(pull).toFixed(1)}`,
-      "stroke-width": thick,
-    });
+    scene.path(
+      "lines", `bar-${k}`, `rs-bar ${look}`, `M${x.toFixed(1)} ${zero.toFixed(1)}V${axes.toY(pull).toFixed(1)}`, thick,
+    );
   });
   const held = state.held;
   const tip = axes.toY(pulls[held]) + (pulls[held] < 0 ? 15 : -6);
-  const place = { x: axes.toX(state.p[held]), y: tip, "text-anchor": "middle" };
-  scene.put("words", "bar-held", "text", { class: "rs-halo", ...place }, signedText(result.pulls[held]));
+  scene.text("words", "bar-held", axes.toX(state.p[held]), tip, signedText(result.pulls[held]), "rs-halo", "middle");
 }
 
 function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
@@ -186,12 +178,12 @@ function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
     if (k === state.held) return;
     const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
     const d = `M${axes.toX(u).toFixed(1)} ${axes.toY(psi(u)).toFixed(1)}h0`;
-    scene.put("lines", `dot-${k}`, "path", { class: `rs-dots ${look}`, d });
+    scene.path("lines", `dot-${k}`, `rs-dots ${look}`, d);
   });
   const u = Math.min(reach, Math.max(-reach, result.residuals[state.held]));
   const [x, y] = [axes.toX(u), Math.max(axes.inner.y, axes.toY(psi(u)))];
   scene.put("words", "dot-held", "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 7 });
-  scene.put("words", "dot-stem", "path", { class: "rs-edge is-ink", d: `M${x} ${y}V${axes.toY(0)}` });
+  scene.path("words", "dot-stem", "rs-edge is-ink", `M${x} ${y}V${axes.toY(0)}`);
 }
 
 /** How far (m) the fit is above the true wall at the place of the held reading. */

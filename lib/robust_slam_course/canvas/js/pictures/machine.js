@@ -18,9 +18,6 @@ export function render(context) {
       options: stages.map(({ key, name }) => [key, name]),
     }],
     main: ["broken"],
-    clean: ({ broken }, { outcomes }) => ({
-      broken: Object.hasOwn(outcomes, broken) ? broken : "nothing",
-    }),
     solve: ({ broken }, { outcomes }) => outcomes[broken],
     moving: ({ poses }) => Float64Array.from(poses),
     height: (width) => (width < WIDE ? 405 : stageHeight(width)),
@@ -58,7 +55,7 @@ function machineLayout(width, height, stages) {
 function drawMachine(scene, view) {
   const layout = machineLayout(view.width, view.height, view.data.stages);
   if (layout.wide) drawStageArrows(scene, view.data, layout);
-  else scene.put("arrows", "rail", "path", { class: "is-muted", d: `M12 ${layout.boxes[0].centre}V${layout.boxes.at(-1).centre}` });
+  else scene.path("arrows", "rail", "is-muted", `M12 ${layout.boxes[0].centre}V${layout.boxes.at(-1).centre}`);
   layout.boxes.forEach((box) => drawStage(scene, box, view, layout));
   drawOutcome(scene, view, layout.map);
   putBreakHandle(scene, view, layout.boxes);
@@ -88,9 +85,7 @@ function drawStage(scene, { key, name, x, y, width, middle, centre }, { state, r
     return;
   }
   const [look, stroke] = broken ? ["is-outlier", 3] : alarm ? ["is-estimate", 3] : ["is-muted", 1];
-  scene.put("boxes", `${key}-box`, "path", {
-    class: look, "stroke-width": stroke, d: `M${x} ${y}h${width}v${BOX_HEIGHT}h${-width}Z`,
-  });
+  scene.path("boxes", `${key}-box`, look, `M${x} ${y}h${width}v${BOX_HEIGHT}h${-width}Z`, stroke);
   scene.put("words", `${key}-name`, "text", { ...words, y: text ? y + 14 : centre + 5 }, name);
   if (text) scene.put("words", `${key}-report`, "text", { ...words, y: y + 29, class: "rs-tick" }, text);
 }

@@ -9,7 +9,7 @@ import { putMarker } from "../draw/marker.js";
 import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
-import { pathThrough } from "../draw/scene.js";
+import { pathThrough, setAttributes } from "../draw/scene.js";
 
 /** Steps of IRLS: weights above, and below them the cost and the parabola that touches it. */
 export function render(context) {
@@ -53,13 +53,11 @@ const START_RANGE = [-0.9, 7.4];
 const OUTLIER_RANGE = [0, 7];
 const MOST_STEPS = 60;
 
-function cleanMajoriser(state, data) {
+function cleanMajoriser(state) {
   return {
-    kernel: data.kernels.includes(state.kernel) ? state.kernel : data.kernels[0],
+    ...state,
     start: boundedNumber(state.start, START_RANGE, 1, 3),
     outlier: boundedNumber(state.outlier, OUTLIER_RANGE, 5, 3),
-    sigma: boundedNumber(state.sigma, [0.1, 1.5], 0.3, 2),
-    step: boundedNumber(state.step, [0, MOST_STEPS], 0, 0),
   };
 }
 
@@ -92,7 +90,7 @@ function drawMajorisers(scene, view) {
   );
   const x = upper.toX(at);
   const foot = lower.inner.y + lower.inner.height;
-  scene.put("axes", "at", "path", { class: "rs-edge is-estimate", d: `M${x} ${upper.inner.y}V${foot}` });
+  scene.path("axes", "at", "rs-edge is-estimate", `M${x} ${upper.inner.y}V${foot}`);
   drawWeightBell(scene, upper, view, at, moved.weights);
   drawCostAndParabola(scene, lower, view, at, moved);
 }
@@ -107,7 +105,7 @@ function drawWeightBell(scene, axes, { state, result, data, change }, at, weight
     const [x, y] = [axes.toX(z), axes.toY(weights[k])];
     const look = wrong ? "is-outlier" : "is-inlier";
     const d = `M${x.toFixed(1)} ${floor.toFixed(1)}V${y.toFixed(1)}`;
-    scene.put("steps", `weight-${k}`, "path", { class: `rs-bar ${look}`, d, "stroke-width": wrong ? 5 : 3 });
+    scene.path("steps", `weight-${k}`, `rs-bar ${look}`, d, wrong ? 5 : 3);
     putMarker(scene, "steps", `weight-top-${k}`, x, y, wrong ? "diamond" : "circle", wrong ? "outlier" : "inlier");
   });
   const outlier = result.z.at(-1);
@@ -126,12 +124,12 @@ function drawCostAndParabola(scene, axes, { state, result, change }, at, { lowes
   putCurve(scene, "curves", "cost-curve", axes, AXIS_RANGE, cost, { class: "rs-line is-ink" }, 340);
   putCurve(scene, "curves", "parabola", axes, AXIS_RANGE, value, { class: "rs-line is-accent" }, 200);
   const walked = path.slice(0, step + 1).map((x) => pixels(x, cost));
-  scene.put("steps", "walked", "path", { class: "rs-edge is-estimate", d: pathThrough(walked), "stroke-width": 1.5 });
+  scene.path("steps", "walked", "rs-edge is-estimate", pathThrough(walked), 1.5);
   walked.forEach(([x, y], k) => putMarker(scene, "steps", `walked-${k}`, x, y, "circle", "estimate"));
   if (lowest !== null) {
     const [x, y] = pixels(lowest, value);
-    const down = { class: "rs-edge is-estimate", d: `M${x} ${y}V${axes.toY(cost(lowest))}`, "stroke-dasharray": "2 3" };
-    scene.put("steps", "down", "path", down);
+    const down = scene.path("steps", "down", "rs-edge is-estimate", `M${x} ${y}V${axes.toY(cost(lowest))}`);
+    setAttributes(down, { "stroke-dasharray": "2 3" });
     putMarker(scene, "steps", "lowest", x, y, "diamond", "accent");
   }
   putMarker(scene, "steps", "touch", ...pixels(at, cost), "square", "accent");
@@ -152,7 +150,7 @@ function drawCostAndParabola(scene, axes, { state, result, change }, at, { lowes
       && py > inner.y + 8 && py < inner.y + inner.height - 8);
   const free = freePlace(places, taken, 34);
   if (!free) return; // the start is outside the panel while the axis follows the cost
-  scene.put("words", "start-name", "text", { class: "rs-halo", x: free[0], y: free[1] + 5, "text-anchor": "middle" }, "start");
+  scene.text("words", "start-name", free[0], free[1] + 5, "start", "rs-halo", "middle");
 }
 
 /** Puts the names of both curves, and returns where they are. */
@@ -172,11 +170,12 @@ function putCurveNames(scene, axes, cost, lowest, value) {
     x: axes.toX(x) + (top ? 9 : -24) * side,
     y: Math.max(axes.inner.y + 14, axes.toY(value(x)) + (top ? 4 : -10)),
   };
-  scene.put("words", "parabola-name", "text", { class: "rs-halo", ...place, "text-anchor": anchor, style: "fill: var(--rs-accent)" }, "majoriser");
+  const name = scene.text("words", "parabola-name", place.x, place.y, "majoriser", "rs-halo", anchor);
+  setAttributes(name, { style: "fill: var(--rs-accent)" });
   // Below the cost, where the parabola never is.
   const beside = { x: axes.toX(2.1), y: Math.min(axes.toY(cost(2.1)) + 22, axes.inner.y + axes.inner.height - 4) };
-  scene.put("words", "cost-name", "text", { class: "rs-halo", ...beside, "text-anchor": "middle" }, "cost");
-  return [place, beside].map((name) => [name.x, name.y - 5]);
+  scene.text("words", "cost-name", beside.x, beside.y, "cost", "rs-halo", "middle");
+  return [place, beside].map(({ x: across, y }) => [across, y - 5]);
 }
 
 function majoriserCaption({ state, result }) {

@@ -1,6 +1,7 @@
 import { gnc } from "../solve/graduation.js";
 import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 import { putLegend } from "../draw/legend.js";
+import { possibleJoins } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 
@@ -31,11 +32,7 @@ export function render(context) {
 const MOST_WRONG = 6;
 
 function cleanOpening(state, data) {
-  const last = data.truth.length / 3 - 1;
-  const possible = (edge) => Array.isArray(edge) && edge.length === 2
-    && edge.every((pose) => Number.isInteger(pose) && pose >= 0 && pose <= last)
-    && Math.abs(edge[0] - edge[1]) > 1;
-  return { robust: state.robust, wrong: state.wrong.filter(possible).slice(0, MOST_WRONG) };
+  return { ...state, wrong: possibleJoins(state.wrong, data.truth.length / 3 - 1, 2, MOST_WRONG) };
 }
 
 // Far from each other and from the first: each new one folds another part of the map.

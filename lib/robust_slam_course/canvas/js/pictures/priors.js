@@ -4,7 +4,7 @@ import { audiblePicture } from "../draw/listen.js";
 import { putLegend } from "../draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { twoPanels } from "../draw/stage.js";
 import { alignPoses, ate } from "../solve/metrics.js";
 import { CHI_99_SE2, graphResidualNorms, graphWithWrong, poseGraphProblem } from "../solve/pose_graph.js";
 import { switchesWithPriors } from "../solve/priors.js";
@@ -21,9 +21,6 @@ export function render(context) {
       { kind: "toggle", name: "score", label: "add the log-odds of its score" },
     ],
     main: ["odds"],
-    clean: ({ odds, score }) => ({
-      odds: Math.min(MOST_ODDS, Math.max(0, Math.round(Number(odds) || 0))), score: score === true,
-    }),
     solve: solvePriors,
     moving: ({ poses, powers }) => Float64Array.from([...poses, ...powers]),
     draw: drawPriors,
@@ -69,9 +66,7 @@ function drawPriors(scene, view) {
     ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
     ["is-rejected", "switched off"],
   ]);
-  const height = view.height - y;
-  const [left, right] = width >= WIDE ? sideBySide({ x: 0, y, width, height }, [1, 1])
-    : [{ x: 0, y, width, height: 0.54 * height }, { x: 0, y: y + 0.54 * height, width, height: 0.46 * height }];
+  const [left, right] = twoPanels({ x: 0, y, width, height: view.height - y }, [1, 1], 0.54);
   const map = fitAround(scene, "map", left, data.best, result.poses, 18);
   const poses = shown.subarray(0, data.best.length);
   putDrive(scene, "ghost", "best", map, data.best, "is-ghost");
@@ -86,7 +81,7 @@ function drawPriors(scene, view) {
 
 /** The residuals of the closures in two rows, and the one from which a switch is below one half. */
 function drawKnee(scene, box, { state, result, data, change }, powers) {
-  scene.put("words", "head", "text", { class: "rs-head", x: box.x + 62, y: box.y + 15 }, "closures; grey: switched off");
+  scene.text("words", "head", box.x + 62, box.y + 15, "closures; grey: switched off", "rs-head");
   const maps = putAxes(
     scene, "axes", "residuals", { x: box.x + 12, y: box.y + 18, width: box.width - 12, height: box.height - 18 },
     { domain: [-1.1, 2.3], ticks: [-1, 0, 1, 2], label: "residual u", text: (power) => numberText(10 ** power) },
@@ -100,8 +95,8 @@ function drawKnee(scene, box, { state, result, data, change }, powers) {
   });
   const x = maps.toX(result.knee);
   const floor = maps.inner.y + maps.inner.height;
-  scene.put("axes", "knee", "path", { class: "is-accent", "stroke-width": 2, d: `M${x} ${maps.inner.y}V${floor}` });
-  scene.put("words", "knee-text", "text", { class: "rs-label", x: x + 26, y: maps.toY(0.45) + 5 }, "s < ½ →");
+  scene.path("axes", "knee", "is-accent", `M${x} ${maps.inner.y}V${floor}`, 2);
+  scene.text("words", "knee-text", x + 26, maps.toY(0.45) + 5, "s < ½ →");
   const to = (px) => 0.5 * (10 ** (2 * maps.fromX(px)) - LAMBDA);
   putHandle(scene, "odds", {
     x, y: maps.toY(0.45), label: "Claimed log-odds", text: `log-odds ${state.odds}`, now: state.odds, least: 0, most: MOST_ODDS,

@@ -3,7 +3,7 @@ import { putLegend } from "../draw/legend.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
-import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
+import { stageHeight, twoPanels, WIDE } from "../draw/stage.js";
 import { gnc } from "../solve/graduation.js";
 import { irls } from "../solve/loop.js";
 import { alignPoses, ate } from "../solve/metrics.js";
@@ -31,11 +31,6 @@ export function render(context) {
       { kind: "choice", name: "solver", label: "Solver", options: [["gnc", "GNC"], ["switches", "switches"]] },
     ],
     main: ["step", "start"],
-    clean: (state, { starts }) => ({
-      step: Math.max(0, Math.round(Number(state.step) || 0)),
-      start: Object.hasOwn(starts, state.start) ? state.start : "twice",
-      solver: state.solver === "switches" ? "switches" : "gnc",
-    }),
     solve: (state, data) => solveProofs(state, data, runs),
     moving: ({ poses }) => poses,
     height: (width) => (width < WIDE ? 365 : stageHeight(width)),
@@ -75,9 +70,7 @@ function solveProofs(state, data, runs) {
 
 function drawProofs(scene, view) {
   const { width, height, result, shown, data } = view;
-  const wide = width >= WIDE;
-  const [map, chart] = wide ? sideBySide({ x: 0, y: 0, width, height }, [1, 1])
-    : [{ x: 0, y: 0, width, height: 0.56 * height }, { x: 0, y: 0.56 * height, width, height: 0.44 * height }];
+  const [map, chart] = twoPanels({ x: 0, y: 0, width, height }, [1, 1], 0.56);
   const top = putLegend(scene, "words", "legend", map.x, map.y, map.width, [
     ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
   ]);
@@ -95,16 +88,14 @@ function drawProofs(scene, view) {
 
 /** The share of the cost that is not proved, over the steps. */
 function drawGaps(scene, box, { gaps, now, last }) {
-  scene.put("words", "head", "text", { class: "rs-head", x: box.x + 46, y: box.y + 15 }, "not proved, share of the cost");
+  scene.text("words", "head", box.x + 46, box.y + 15, "not proved, share of the cost", "rs-head");
   const maps = putAxes(
     scene, "axes", "gaps", { ...box, y: box.y + 18, height: box.height - 18 },
     { domain: [0.4, last + 0.6], label: "step", ticks: [1, Math.round((last + 1) / 2), last] },
     { domain: [-0.08, 1.08], label: "", ticks: [0, 0.5, 1] },
   );
   if (now > 0) {
-    scene.put("axes", "now", "path", {
-      class: "is-estimate", "stroke-width": 2, d: `M${maps.toX(now)} ${maps.inner.y}v${maps.inner.height}`,
-    });
+    scene.path("axes", "now", "is-estimate", `M${maps.toX(now)} ${maps.inner.y}v${maps.inner.height}`, 2);
   }
   gaps.forEach((gap, k) => {
     const [shape, colour] = gap > 0 ? ["triangle", "outlier"] : ["circle", "inlier"];

@@ -2,6 +2,7 @@ import { fitAround, fitMap, nearestPose, posePixels, putDrive } from "../draw/ma
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { putLegend } from "../draw/legend.js";
+import { possibleJoins } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { pathThrough } from "../draw/scene.js";
 import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
@@ -48,23 +49,15 @@ export function render(context) {
 
 const MOST_MEETINGS = 3;
 const MOST_ROUNDS = 60;
-/** A round after every last one: it shows the last, however many there are. */
-const LAST_ROUND = 999;
 const ROBOT_NAMES = ["A", "B", "C"];
 const ROBOT_LOOKS = ["is-estimate", "is-accent", "is-ink"];
 const OFFERED_MEETINGS = [[52, 12], [45, 30], [58, 3]];
 
-function cleanRobots(state, { labels, withC, wrong: first }) {
-  const possible = (join) => Array.isArray(join) && join.length === 2
-    && join.every((pose) => Number.isInteger(pose) && pose >= 0 && pose < labels.length)
-    && labels[join[0]] === 2 && labels[join[1]] !== 2;
-  const whole = (value, most, instead) => (Number.isInteger(value)
-    ? Math.min(most, Math.max(0, value)) : instead);
-  const correct = whole(state.correct, withC.length, 0);
-  const wrong = state.wrong.filter(possible).slice(0, MOST_MEETINGS);
+function cleanRobots(state, { labels, wrong: first }) {
+  const wrong = possibleJoins(state.wrong, labels.length - 1, 1, MOST_MEETINGS)
+    .filter(([i, j]) => labels[i] === 2 && labels[j] !== 2);
   // Without any closure, robot C would not be on the map.
-  const kept = wrong.length || correct ? wrong : first;
-  return { views: state.views, wrong: kept, correct, round: whole(state.round, LAST_ROUND, LAST_ROUND) };
+  return { ...state, wrong: wrong.length || state.correct ? wrong : first };
 }
 
 function addWrongMeeting(state) {
@@ -157,7 +150,7 @@ function putRobotName(scene, key, at, name, box, handles) {
     Math.min(box.y + box.height - 8, Math.max(box.y + 8, at[1] + down)),
   ]);
   const [x, y] = freePlace(beside, handles);
-  scene.put("words", key, "text", { class: "rs-head rs-halo", x, y: y + 5, "text-anchor": "middle" }, name);
+  scene.text("words", key, x, y + 5, name, "rs-head rs-halo", "middle");
 }
 
 /** A shared closure, as its weight and the truth say. */
@@ -166,7 +159,7 @@ function putMeeting(scene, layer, key, map, poses, { graph, seen, isWrong }, k) 
   const weight = seen.weights[k];
   const kept = isWrong(k) ? "is-outlier" : weight < 1 ? "rs-doubt is-inlier" : "is-inlier";
   const look = weight === 0 ? "is-rejected" : kept;
-  scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": isWrong(k) ? 3 : 2 });
+  scene.path(layer, key, `rs-edge ${look}`, d, isWrong(k) ? 3 : 2);
 }
 
 /** What robot `name` knows: its own poses, and of the others those that it was sent. */
@@ -179,13 +172,12 @@ function putRobotView(scene, name, box, { result, shown, data }) {
   const known = [...labels.flatMap((label, k) => (label === name ? [k] : [])), ...sent];
   const inner = { x: box.x, y: box.y + 20, width: box.width, height: box.height - 20 };
   const map = fitMap(inner, known.flatMap((k) => [...shown.slice(3 * k, 3 * k + 3)]), 14);
-  scene.put("views", `view-${name}`, "path", {
-    class: "is-grid", d: `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`,
-  });
-  const head = { class: "rs-head", x: box.x + 2, y: box.y + 13 };
+  scene.path(
+    "views", `view-${name}`, "is-grid", `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`,
+  );
   const count = box.width > 160 ? `${ROBOT_NAMES[name]}: ${known.length - sent.length} own poses, ${sent.length} of others`
     : `${ROBOT_NAMES[name]}: ${known.length - sent.length} + ${sent.length}`;
-  scene.put("words", `view-head-${name}`, "text", head, count);
+  scene.text("words", `view-head-${name}`, box.x + 2, box.y + 13, count, "rs-head");
   mine.forEach((k) => putMeeting(scene, "views", `view-${name}-edge-${k}`, map, shown, result, k));
   putOwnDrive(scene, "views", `view-${name}`, map, shown, labels, name, ROBOT_LOOKS[name]);
   for (const pose of sent) {
@@ -200,7 +192,7 @@ function putRobotView(scene, name, box, { result, shown, data }) {
 function putMeetingHandles(scene, map, { wrong }, { truth, labels }, change) {
   wrong.forEach((join, number) => {
     const d = pathThrough(join.map((pose) => posePixels(map, truth, pose)));
-    scene.put("shared", `wrong-${number}`, "path", { class: "rs-edge is-outlier", d, "stroke-width": 1.5 });
+    scene.path("shared", `wrong-${number}`, "rs-edge is-outlier", d, 1.5);
     join.forEach((pose, end) => {
       const allowed = (k) => (labels[k] === 2) === (end === 0);
       const move = (other) => change({

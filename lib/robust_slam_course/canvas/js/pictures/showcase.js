@@ -1,4 +1,5 @@
 import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
+import { boundedNumber } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
@@ -22,7 +23,7 @@ export function render(context) {
     controls: [
       {
         kind: "slider", name: "size", label: "Wrong closures", min: 1, max: MOST_AGREEING, step: 1,
-        text: (value) => String(value),
+        text: String,
       },
       {
         kind: "choice", name: "start", label: "Start from",
@@ -60,11 +61,10 @@ function cellsOf(width, height) {
 
 function cleanShowcase(state, data) {
   const count = data.truth.length / 3;
-  const size = Number.isFinite(state.size) ? Math.min(MOST_AGREEING, Math.max(1, Math.round(state.size))) : 1;
-  const inside = (pose, instead) => (Number.isInteger(pose) ? Math.min(count - size, Math.max(0, pose)) : instead);
+  const inside = (pose, instead) => boundedNumber(pose, [0, count - state.size], instead, 0);
   let [i, j] = [inside(state.wrong[0], 42), inside(state.wrong[1], 9)];
   if (Math.abs(i - j) < 2) [i, j] = i > 1 ? [i, i - 2] : [i, i + 2];
-  return { wrong: [i, j], size, start: state.start === "odometry" ? "odometry" : "squares" };
+  return { ...state, wrong: [i, j] };
 }
 
 /** The three maps, each laid over the true path, with the norms and weights of the closures. */
@@ -121,8 +121,8 @@ function showcaseMap(scene, key, { x, y, width, height }, truth, poses) {
 function drawEstimator(scene, view, { key, name }, answer, parts, box) {
   const { result, data } = view;
   const map = showcaseMap(scene, key, box, data.truth, answer.poses);
-  const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
-  scene.put("words", `${key}-name`, "text", head, `${name}: ${answer.off.toFixed(2)} m off`);
+  const head = `${name}: ${answer.off.toFixed(2)} m off`;
+  scene.text("words", `${key}-name`, box.x + 0.5 * box.width, box.y + 14, head, "rs-head", "middle");
   putDrive(scene, "ghost", `${key}-truth`, map, data.truth, "is-ghost");
   putDrive(scene, "drive", key, map, parts.poses, "is-estimate");
   answer.weights.forEach((weight, k) => {

@@ -1,7 +1,7 @@
 /** Matrices of three rows and columns, as 9 numbers by rows, and vectors of 3. */
 
 /** Return A B. */
-export function blockProduct(a, b) {
+function blockProduct(a, b) {
   const product = [];
   for (let row = 0; row < 9; row += 3) {
     for (let column = 0; column < 3; column++) {
@@ -22,7 +22,7 @@ export function congruentBlock(a, covariance) {
 }
 
 /** Return A v. */
-export function blockTimes(a, v) {
+function blockTimes(a, v) {
   return [
     a[0] * v[0] + a[1] * v[1] + a[2] * v[2],
     a[3] * v[0] + a[4] * v[1] + a[5] * v[2],
