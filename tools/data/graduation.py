@@ -16,11 +16,9 @@ import argparse
 import csv
 import dataclasses
 import sys
-from collections import Counter
-from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from robust_slam._arrays import Array
@@ -43,6 +41,8 @@ GROUP = 5
 GOOD = 0.1
 """The largest distance (m) of a good map from that of the correct edges."""
 C = chi_square_threshold(methods.PROBABILITY, 3)
+Place = tuple[int, str, float, float]
+"""A row of the table: percent and kind of outliers, noise and claim."""
 
 
 class World(NamedTuple):
@@ -73,10 +73,8 @@ def make(world: World) -> tuple[PoseGraph, Array]:
     count = round(CLOSURES * world.percent / (100 - world.percent))
     if world.kind == "random":
         return add_random_closures(correct, count, of_outliers, poses=truth)[0], reference
-    groups = count // GROUP
-    return add_aliased_closures(correct, groups, of_outliers, size=GROUP, poses=truth)[
-        0
-    ], reference
+    found = add_aliased_closures(correct, count // GROUP, of_outliers, size=GROUP, poses=truth)
+    return found[0], reference
 
 
 def good_maps(graph: PoseGraph, reference: Array, claim: float) -> list[bool]:
@@ -102,24 +100,17 @@ def _is_good(
         return False
 
 
-def count_good(worlds: list[World]) -> dict[tuple[Any, ...], Counter[str]]:
-    """Return the number of good maps in each column, for each percent, kind, noise and claim."""
-    counts: dict[tuple[Any, ...], Counter[str]] = {}
+def count_good() -> dict[Place, np.ndarray]:
+    """Return the number of good maps ``(8,)``, in the order of COLUMNS, for each place."""
+    counts: dict[Place, np.ndarray] = {}
+    worlds = [World(*each) for each in product(PERCENTS, KINDS, NOISES, SEEDS)]
     for world in tqdm(worlds, disable=not sys.stderr.isatty()):
         graph, reference = make(world)
         for claim in CLAIMS:
-            place = (world.percent, world.kind, world.noise, claim)
-            good = good_maps(graph, reference, claim)
-            counts.setdefault(place, Counter()).update(
-                dict(zip(COLUMNS, map(int, good), strict=True))
-            )
+            good = np.array(good_maps(graph, reference, claim), dtype=int)
+            place = (*world[:3], claim)
+            counts[place] = counts.get(place, 0) + good
     return counts
-
-
-def lines(counts: dict[tuple[Any, ...], Counter[str]]) -> Iterator[list[object]]:
-    """Yield the rows of the table."""
-    for place in sorted(counts):
-        yield [*place, *(counts[place][column] for column in COLUMNS)]
 
 
 def main() -> int:
@@ -127,8 +118,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, help="the CSV file; by default it is printed")
     out = parser.parse_args().out
-    worlds = [World(*place) for place in product(PERCENTS, KINDS, NOISES, SEEDS)]
-    counts = count_good(worlds)
+    counts = count_good()
     with out.open("w", encoding="utf-8") if out else sys.stdout as file:
         file.write(
             f"# good maps of {len(SEEDS)}: at most {GOOD} m from the map of the correct edges\n"
@@ -136,7 +126,7 @@ def main() -> int:
         file.write("# python -m tools.data.graduation --out <this file>\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["percent", "kind", "noise", "claim", *COLUMNS])
-        writer.writerows(lines(counts))
+        writer.writerows([*place, *counts[place]] for place in sorted(counts))
     return 0
 
 
