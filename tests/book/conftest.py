@@ -23,17 +23,6 @@ CHAPTERS = [page for page in NOTEBOOKS if re.match(r"chapters/\d\d-", page)]
 WAYS = ("http", "file")
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Each row of a chapter's table of formulas is a test."""
-    if "printed" in metafunc.fixturenames and hasattr(metafunc.cls, "formulas"):
-        metafunc.parametrize("printed", metafunc.cls.formulas)
-
-
-@pytest.fixture(scope="module")
-def page() -> None:
-    """Nothing: the formulas of most chapters need no more than the library."""
-
-
 @pytest.fixture(scope="session")
 def site() -> Site:
     """The book, built here."""

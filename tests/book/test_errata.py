@@ -16,9 +16,8 @@ from scipy.linalg import solve_continuous_are
 from scipy.optimize import brentq, minimize_scalar
 from scipy.spatial.transform import Rotation
 
-from tests.book.graduation import gm_weight, lesson_surrogate, listing, tls_weight
 from tests.book.samples import READINGS as Z
-from tests.book.samples import three_poses
+from tests.book.samples import gm_weight, lesson_surrogate, listing, three_poses, tls_weight
 
 PAGE = Path(__file__).parents[2] / "chapters" / "errata.md"
 NUMBER = re.compile(r"[-−]?[0-9]+(?:\.[0-9]+)?(?:/[0-9]+)?")

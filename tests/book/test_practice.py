@@ -16,8 +16,8 @@ from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Answer
 from scipy.stats import chi2
 
-from tests.book import efficiency
 from tests.book.prose import CHAPTERS, DECIMAL
+from tests.book.samples import efficiency
 
 PAGE = (CHAPTERS / "practice.md").read_text(encoding="utf-8")
 THRESHOLDS = re.findall(r"^\| (\d), .+ \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", PAGE, re.M)
@@ -47,7 +47,7 @@ def test_the_other_numbers_are_right() -> None:
     assert [row[0] for row in THRESHOLDS] == ["1", "2", "3", "6"]
     scalar = chi_square_threshold(0.99, 1)
     assert f"{100 * chi2.sf(scalar**2, 6):.1f}" == "35.6"
-    assert efficiency.efficiency(kernels.cauchy(2.666), 3) == pytest.approx(0.95, abs=1e-4)
+    assert efficiency(kernels.cauchy(2.666), 3) == pytest.approx(0.95, abs=1e-4)
     assert "odometry=(0.05, 0.01)" in PAGE
     known = {"0.95", "0.99", "0.999", "35.6", "2.666", "0.05", "0.01"}
     assert set(DECIMAL.findall(PAGE)) == known | {c for row in THRESHOLDS for c in row[1:]}
@@ -63,13 +63,8 @@ def test_a_call_exists_and_is_public(name: str) -> None:
 
 
 def test_every_method_of_the_tree_is_linked() -> None:
-    assert {name.rpartition(".")[2] for name in CALLS} >= {
-        "solve",
-        "gnc",
-        "irls",
-        "certify",
-        "pcm",
-    }
+    methods = {"solve", "gnc", "irls", "certify", "pcm"}
+    assert {name.rpartition(".")[2] for name in CALLS} >= methods
     tree = PAGE.partition("## A decision tree")[2].partition("\n## ")[0]
     leaves = re.findall(r"^   - (.+(?:\n     .+)*)", tree, re.M)
     ends = [leaf for leaf in leaves if not re.search(r"go to \d\.$", leaf)]

@@ -69,14 +69,6 @@ def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(
     assert shown.text == "c = 1: 31.7%\nd = 3: 80.1%\n  e = 6\n\nend\n"
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_a_page_of_the_contents_is_there_with_its_description(page: str, site: Site) -> None:
-    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
-    assert re.search(rf"<title>.*{re.escape(escape(TITLE))}</title>", html, re.S)
-    assert re.search(r'<meta content="[^"]{20,}" name="description"', html)
-    assert 'rel="icon" href="../_static/favicon.svg"' in html
-
-
 @pytest.fixture(scope="module")
 def version() -> str:
     """The version of the library that students install."""
@@ -84,23 +76,21 @@ def version() -> str:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_the_foot_of_a_page_names_licences_source_and_version(
+def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(
     page: str, site: Site, version: str
 ) -> None:
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
-    foot = " ".join(re.sub(r"<[^>]+>", "", html[html.index("bd-footer-content") :]).split())
-    assert "Text and figures: CC BY 4.0. Code: BSD-3-Clause." in foot
-    assert "which names MIT 16.485 (VNAV) lectures 29–30 by Luca Carlone as its source." in foot
-    assert f"It is not affiliated with either. Version {version}." in foot
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_the_errata_are_at_the_foot_of_a_page_and_not_in_its_menu(page: str, site: Site) -> None:
-    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+    assert re.search(rf"<title>.*{re.escape(escape(TITLE))}</title>", html, re.S)
+    assert re.search(r'<meta content="[^"]{20,}" name="description"', html)
+    assert 'rel="icon" href="../_static/favicon.svg"' in html
     (menu,) = re.findall(r'<nav class="bd-links.*?</nav>', html, re.S)
     assert "teach.html" in menu or page == "chapters/teach"
     assert BELOW == ["chapters/errata"] and "errata.html" not in menu
     assert page in BELOW or 'href="errata.html">its errata<' in html
+    foot = " ".join(re.sub(r"<[^>]+>", "", html[html.index("bd-footer-content") :]).split())
+    assert "Text and figures: CC BY 4.0. Code: BSD-3-Clause." in foot
+    assert "which names MIT 16.485 (VNAV) lectures 29–30 by Luca Carlone as its source." in foot
+    assert f"It is not affiliated with either. Version {version}." in foot
 
 
 def test_the_chapters_are_the_whole_site(site: Site) -> None:

@@ -30,10 +30,9 @@ from robust_slam_course.results import read_results
 from scipy.optimize import brentq, least_squares, minimize_scalar
 from scipy.stats import chi2, norm
 
-from tests.book.efficiency import efficiency as efficiency_by_stein
-from tests.book.graduation import gm_weight, listing, tls_weight
 from tests.book.prose import CHAPTERS
-from tests.book.samples import READINGS, three_poses
+from tests.book.samples import READINGS, gm_weight, listing, three_poses, tls_weight
+from tests.book.samples import efficiency as efficiency_by_stein
 
 robustness = read_results(CHAPTERS / "data" / "robustness.csv")
 
