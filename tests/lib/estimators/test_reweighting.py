@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from robust_slam.estimators import StopReason, irls
 from robust_slam.estimators.kernels import KERNELS, cauchy, huber
-from robust_slam.problems import LinearProblem, LocationProblem
+from robust_slam.problems import LocationProblem
 
 from tests.lib.worlds import cost_never_rises
 
@@ -30,15 +30,6 @@ def lesson(sigma=0.3):
 @settings(max_examples=300, deadline=None)
 def test_the_robust_cost_of_a_location_never_rises(z, kernel, x0):
     assert cost_never_rises(irls(LocationProblem(z, 0.7), kernel, x0))
-
-
-@given(seed=st.integers(0, 10**6), kernel=kernels)
-@settings(max_examples=100, deadline=None)
-def test_the_robust_cost_of_a_linear_problem_never_rises(seed, kernel):
-    rng = np.random.default_rng(seed)
-    trusted = np.arange(12) < 4
-    problem = LinearProblem(rng.normal(size=(12, 3)), 5.0 * rng.normal(size=12), 0.5, trusted)
-    assert cost_never_rises(irls(problem, kernel))
 
 
 @pytest.mark.parametrize("name", KERNELS)
