@@ -156,7 +156,6 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
     ("text", "message"),
     [
         ("", " no edge is there; add"),
-        ("# nothing\n\n", " no edge is there; add"),
         ("VERTEX_SE2 0 0 0 0\n", " no edge is there; add"),
         (PLANE + "VERTEX_SE2 3 0 0\n", "7: VERTEX_SE2 has 3 fields behind it; give 4"),
         (PLANE + FOURTH + " 1\n", "7: EDGE_SE2 has 12 fields behind it; give 11"),
@@ -169,11 +168,9 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
         (PLANE.replace("0.9", "1_0"), "5: field 3 is '1_0'; give a number"),
         (PLANE.replace("0.9", "٣"), "5: field 3 is '٣'; give a number"),
         (PLANE.replace("0.9", "nan"), "5: a number is not finite; remove"),
-        (PLANE.replace("0.9", "1e400"), "5: a number is not finite; remove"),
         (PLANE.replace("1.5 1 1\n", "1.5 -inf 1\n", 1), "3: a number is not finite"),
         (PLANE.replace("_SE2 2", "_SE2 2.0"), "3: field 1 is '2.0'; give a whole number"),
         (PLANE.replace("_SE2 2", "_SE2 -2"), "3: field 1 is '-2'; give a whole number"),
-        (PLANE.replace("_SE2 2", "_SE2 " + "9" * 30), "3: field 1 is '999"),
         (PLANE.replace("_SE2 2", "_SE2 " + "9" * 6000), "3: field 1 is '999"),
         (PLANE.replace("_SE2 2", "_SE2 x"), "3: field 1 is 'x'; give a whole number from 0"),
         (PLANE + SECOND + "\n", "7: vertex 1 is given twice; drop one line"),
@@ -181,9 +178,7 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
         (PLANE + FOURTH.replace("0 1", "1 1", 1), "7: the edge joins vertex 1 to itself; drop"),
         (PLANE + FOURTH.replace(UNIT, "1 2 0 1 0 1"), "7: the information matrix is not pos"),
         (PLANE + FOURTH.replace(UNIT, "1 0 0 1 0 0"), "7: the information matrix is not pos"),
-        (PLANE + FOURTH.replace(UNIT, "1 0 0 inf 0 1"), "7: a number is not finite"),
         (SPACE.replace("0 0 0.6 0.8 1", "0 0 0 0 1"), "3: the quaternion is 0; no turn is"),
-        (SPACE.replace("0 0 0 0 0 0 1\n", "0 0 0 0 0 0 0\n"), "1: the quaternion is 0"),
         (PLANE + SPACE, "7: SE(2) and SE(3) are mixed; put"),
         (SPACE + PLANE, "4: SE(2) and SE(3) are mixed; put"),
         ("FIX 0\nFIX 0\nFIX 2\n" + PLANE, "3: vertex 2 is fixed beside vertex 0; the library"),
@@ -282,13 +277,6 @@ def test_names_that_would_not_come_back_are_refused(tmp_path, wrong, message):
     _, graph = random_graph(1, n=3, m=3)
     with pytest.raises(ValueError, match=message):
         g2o.write(tmp_path / "graph.g2o", graph, names=wrong)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_poses_that_do_not_fit_are_refused(tmp_path, group):
-    poses, graph = random_graph(2, group)
-    with pytest.raises(ValueError, match="poses: the shape"):
-        g2o.write(tmp_path / "graph.g2o", graph, poses[:-1])
     assert list(tmp_path.iterdir()) == []
 
 
