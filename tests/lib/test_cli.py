@@ -38,32 +38,26 @@ def test_it_says_what_was_read_kept_rejected_and_certified(file, capsys):
     assert f"{answer.rejected.size} closures: " in said
 
 
-def test_the_rejected_edges_are_written_with_the_ids_of_the_file(file, tmp_path):
+def test_it_writes_what_was_asked_for_with_the_ids_of_the_file(file, tmp_path):
     graph = rs.load(file)
     write(file, graph, names=np.arange(60) + 500)
-    out = tmp_path / "rejected.txt"
-    cli.main(["solve", str(file), "--quiet", "--rejected", str(out)])
-    answer = rs.solve(graph)
-    assert answer.rejected.size >= 6
-    said = np.loadtxt(out)
-    np.testing.assert_array_equal(said[:, :2], graph.edges[answer.rejected] + 500)
-    np.testing.assert_allclose(said[:, 2], answer.residuals[answer.rejected], rtol=1e-3)
-    assert said[:, 2].min() > answer.threshold
-
-
-def test_the_clean_graph_has_the_kept_edges_and_the_noise_that_was_found(file, tmp_path):
-    cli.main(["solve", str(file), "--quiet", "--clean", str(tmp_path / "clean.g2o")])
-    answer, clean = rs.solve(rs.load(file)), read(tmp_path / "clean.g2o")
-    np.testing.assert_array_equal(clean.graph.edges, answer.graph.edges[answer.kept])
+    names = {"out": "map.g2o", "clean": "clean.g2o", "rejected": "edges.txt", "plot": "map.svg"}
+    paths = {option: tmp_path / name for option, name in names.items()}
+    given = [word for option, path in paths.items() for word in (f"--{option}", str(path))]
+    cli.main(["solve", str(file), "--quiet", *given])
+    answer, clean = rs.solve(graph), read(paths["clean"])
+    np.testing.assert_array_equal(read(paths["out"]).poses, answer.poses)
+    np.testing.assert_array_equal(read(paths["out"]).ids, np.arange(60) + 500)
+    np.testing.assert_array_equal(clean.graph.edges, graph.edges[answer.kept])
     expected = answer.precise.information[answer.kept]
     np.testing.assert_allclose(clean.graph.information, expected, rtol=1e-12)
     np.testing.assert_allclose(clean.poses, answer.poses, atol=1e-12)
-
-
-def test_it_writes_the_poses(file, tmp_path):
-    out = tmp_path / "map.g2o"
-    cli.main(["solve", str(file), "--quiet", "--out", str(out)])
-    np.testing.assert_array_equal(read(out).poses, rs.solve(rs.load(file)).poses)
+    said = np.loadtxt(paths["rejected"])
+    assert answer.rejected.size >= 6
+    np.testing.assert_array_equal(said[:, :2], graph.edges[answer.rejected] + 500)
+    np.testing.assert_allclose(said[:, 2], answer.residuals[answer.rejected], rtol=1e-3)
+    assert said[:, 2].min() > answer.threshold
+    assert "<svg" in paths["plot"].read_text()
 
 
 @pytest.mark.parametrize("suffix", [".tum", ".kitti"])
@@ -194,11 +188,6 @@ def test_closures_are_named_by_the_ids_of_the_file(file, capsys):
     answer = rs.solve(content.graph)
     assert answer.summary(content.names) in said
     assert f"{i}-{j}" not in answer.summary()
-
-
-def test_it_draws_the_map(file, tmp_path):
-    cli.main(["solve", str(file), "--quiet", "--plot", str(tmp_path / "map.svg")])
-    assert "<svg" in (tmp_path / "map.svg").read_text()
 
 
 def test_progress_is_shown_unless_it_is_quiet(file, capsys):
