@@ -26,6 +26,7 @@ from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.graphs import g2o, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
+from robust_slam.graphs.gtsam_graph import to_gtsam
 from robust_slam.graphs.trajectories import write_tum
 from robust_slam.problems import (
     LinearProblem,
@@ -66,7 +67,13 @@ TAKE_POSES = [gauss_newton, levenberg_marquardt, chordal_cost, polish, certifica
 TAKE_WEIGHTS = [lambda *given, take=take: take(given[0], TRUTH, *given[1:]) for take in TAKE_POSES]
 
 
-@pytest.mark.parametrize("take", [*TAKE_POSES, solve_certified])
+WRITE = [
+    lambda graph, poses: g2o.write("no.g2o", graph, poses),
+    lambda graph, poses: to_gtsam(graph, poses),
+]
+
+
+@pytest.mark.parametrize("take", [*TAKE_POSES, *WRITE, solve_certified])
 @refused(
     (TRUTH[:-1], "poses: the shape"),
     (np.full((30, 3), np.nan), "poses: the entry"),

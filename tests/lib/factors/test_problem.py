@@ -43,14 +43,6 @@ def test_least_squares_are_those_of_gtsam(gtsam, group, seed):
     assert_same_poses(group, FactorGraphProblem(graph, x).initial(), theirs, atol=1e-6)
 
 
-def test_a_drive_without_outliers_ends_where_gtsam_does(gtsam):
-    graph, truth, _ = park(60, 0, wrong_trees=0.0, wrong_fixes=0.0)
-    theirs = least_squares_of(gtsam, Twin(gtsam, graph), truth)
-    ours = FactorGraphProblem(graph).initial()
-    assert_same_poses(graph.group, ours, theirs, atol=1e-6)
-    assert error(graph, ours, truth) < 1.0
-
-
 def test_a_pose_graph_is_solved_as_by_its_own_problem(group):
     graph, _ = curving_walk(group, 0)
     ours, theirs = FactorGraphProblem(graph, steps=1), PoseGraphProblem(graph, steps=1)

@@ -172,11 +172,6 @@ class TestTry:
         assert datasets.try_download(STAND_INS, server.url) == []
         assert capfd.readouterr() == ("", "")
 
-    def test_what_the_folder_holds_is_not_fetched(self, server, machine, folder):
-        put(folder, "intel")
-        datasets.try_download(["intel"], server.url)
-        assert server.asked == contents(machine) == []
-
     def test_without_a_server_it_gives_up_at_once_and_prints_nothing(self, server, machine, capfd):
         del server.files["intel"]
         assert datasets.try_download(STAND_INS, server.url) == []

@@ -39,12 +39,6 @@ def placed(group, *places):
     return group.from_parts(np.tile(axis, (len(places), 1, 1)), np.outer(places, axis[0]))
 
 
-def test_three_kept_of_which_two_are_true_out_of_four_true():
-    kept = [True, True, True, False, False, False]
-    true = [True, True, False, True, True, False]
-    assert precision_recall(kept, true) == (2 / 3, 2 / 4)
-
-
 @given(masks)
 def test_precision_one_way_is_recall_the_other_way(pair):
     a, b = pair
