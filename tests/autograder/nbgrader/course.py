@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
+from nbgrader.converters.base import BaseConverter
+from nbgrader.coursedir import CourseDirectory
 from robust_slam_autograder.grading.results import CaseResult, Ending, Result
 from robust_slam_autograder.nbgrader.database import Location, url_of
+from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading.assignment import Assignment
 
 from tests import jupyterlab
@@ -115,6 +118,17 @@ def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedP
         timeout=PATIENCE_SECONDS,
         check=False,
     )
+
+
+def convert(course: Path, step: type[BaseConverter], student: str = "*", **fields: Any) -> None:
+    """Do in this process what a button of formgrader's does with the assignment."""
+    config = nbgrader_settings(str(course))
+    config.CourseDirectory.assignment_id = toy.NAME
+    config.CourseDirectory.student_id = student
+    config.SafeExporter.update(fields)
+    converter = step(coursedir=CourseDirectory(config=config), config=config)
+    converter.force = True
+    converter.start()
 
 
 def database(course: Path) -> Path:

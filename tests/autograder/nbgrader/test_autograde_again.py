@@ -9,10 +9,8 @@ from pathlib import Path
 import pytest
 from nbgrader.converters import Autograde
 from nbgrader.converters.base import NbGraderException
-from nbgrader.coursedir import CourseDirectory
 from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.grading import batch
-from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests import kernel
@@ -32,13 +30,8 @@ def course(tmp_path: Path) -> Path:
 
 def autograde(course: Path, student: str = "*") -> None:
     """What formgrader's button does, in this process."""
-    config = nbgrader_settings(str(course))
-    config.CourseDirectory.assignment_id = toy.NAME
-    config.CourseDirectory.student_id = student
-    config.SafeExporter.unsandboxed = "--unsandboxed" in toy.quickly()
-    converter = Autograde(coursedir=CourseDirectory(config=config), config=config)
-    converter.force = True
-    converter.start()
+    is_open = "--unsandboxed" in toy.quickly()
+    course_of.convert(course, Autograde, student, unsandboxed=is_open)
 
 
 def grade(course: Path) -> None:

@@ -65,11 +65,7 @@ def everywhere(course: Path, autograder: Run) -> dict[str, tuple[float, float]]:
     assert autograder("export", "--format", "moodle", "--roster", "roster.csv")[0] == 0
     with (course / "class" / "moodle.csv").open(newline="") as file:
         exported = float(next(csv.DictReader(file))[toy.NAME])
-    config = nbgrader_settings(str(course))
-    config.CourseDirectory.assignment_id, config.CourseDirectory.student_id = toy.NAME, "ada"
-    converter = GenerateFeedback(coursedir=CourseDirectory(config=config), config=config)
-    converter.force = True
-    converter.start()
+    course_of.convert(course, GenerateFeedback, "ada")
     page = (course / "class" / "feedback" / "ada" / f"{toy.NAME}.html").read_text()
     nbgraders = (course / "class" / "feedback" / "ada" / toy.NAME / f"{toy.NAME}.html").read_text()
     of_student = (course / "class" / "report" / "students" / "ada.html").read_text()

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 from nbgrader.plugins import CsvExportPlugin
+from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.spreadsheet import SafeCsv, as_text
 from sqlalchemy.exc import SAWarning
 from traitlets.config import Config
@@ -23,6 +24,7 @@ ODD = (*FORMULAS, "Hopper, Grace", 'the "boss"', "o'neill", "a=b")
 def gradebook(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two assignments, one of them handed in by some, with a late penalty."""
     path = tmp_path_factory.mktemp("csv") / "gradebook.db"
+    database.make(path)  # nbgrader itself would start two processes for it
     with warnings.catch_warnings(), Gradebook(f"sqlite:///{path}") as book:
         warnings.simplefilter("ignore", SAWarning)  # nbgrader's own
         for name in ("01-a", "02-b"):
