@@ -18,8 +18,6 @@ from chapters._ext.offers import thumbnail
 from tests import kernel, npm, shown_class
 from tests.assignments import answers
 from tests.book import test_valid_html
-from tests.book.test_accessible import COLOURS, complaints
-from tests.chromium import Opener
 from tests.shown_class import ATTEMPTS, M_ESTIMATORS, ONE_LIE, SHOWN, TABLE
 from tests.test_secrets import answer_lines, secret_lines
 
@@ -208,26 +206,3 @@ def test_the_pages_are_valid(made: Path, tmp_path: Path) -> None:
     validator = npm.installed(test_valid_html.HERE, "html-validate")
     found = sorted((made / "pages").rglob("*.html"))
     assert test_valid_html.complaints(validator, found, tmp_path / "said.json") == []
-
-
-@pytest.mark.browser
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "name",
-    [
-        "report/index.html",
-        f"report/{ONE_LIE}.html",
-        "report/students/student-08.html",
-        *(f"feedback/{student}/{name}.html" for student, name in SHOWN.items()),
-    ],
-)
-def test_the_pages_are_open_to_all(made: Path, open_page: Opener, name: str) -> None:
-    visit = open_page((made / "pages" / name).as_uri(), color_scheme="light")
-    visit.page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true })")
-    assert (visit.complaints, visit.outside) == ([], [])
-    for width in (1280, 390):
-        visit.page.set_viewport_size({"width": width, "height": 900})
-        assert visit.page.evaluate("document.documentElement.scrollWidth") <= width
-    assert complaints(visit.page) == set()
-    visit.page.emulate_media(color_scheme="dark")
-    assert complaints(visit.page, COLOURS) == set()

@@ -106,14 +106,6 @@ def nested(leaves: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
 
 
 PLAIN = nested(LEAVES)
-EXAMPLES: list[object] = [
-    [None, True, -1, 2**70, 0.5, 1j, "text", "\N{GRINNING FACE}"],
-    {"key": (1, 2), (3, "x"): [], None: {}, 1.5: np.float64(2)},
-    [np.arange(6, dtype=np.int8).reshape(2, 3), np.zeros((0, 2)), np.array(True)],
-    ((((((1,), 2), 3), 4), 5), [[[[[6]]]]]),
-    ["call", 1, ["yours", 0], [Foreign(Handle("mine", 3))], {"x": np.complex64(1j)}],
-    ["raise", 2, {"types": ["ValueError"], "message": "why", "line": 3}],
-]
 REFUSED: list[object] = [
     *(b"bytes", bytearray(b"bytes"), memoryview(b"bytes"), "half \ud800", 2**4096),
     *({1, 2}, object(), iter([1]), range(3), np),
