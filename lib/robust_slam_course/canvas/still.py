@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
 _BEFORE_SVG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)
-_PATH = re.compile(r'(?<=\sd=")[^"]*')
+_PLACE = re.compile(r'(?<=\s[dxy]=")[^"]*')
 _TAIL = re.compile(r"(\.\d\d)\d+")
 
 
@@ -44,7 +44,7 @@ def to_svg(figure: Figure) -> str:
     figure.savefig(buffer, format="svg", metadata={"Date": None})
     plt.close(figure)
     svg = _METADATA.sub("", _BEFORE_SVG.sub("", buffer.getvalue()))
-    return _PATH.sub(lambda path: _TAIL.sub(r"\1", path[0]), svg)
+    return _PLACE.sub(lambda place: _TAIL.sub(r"\1", place[0]), svg)
 
 
 def check_words(argument: str, text: str) -> None:
