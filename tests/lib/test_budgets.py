@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -22,7 +21,7 @@ from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.solver import Support
 from robust_slam.solver.candidates import Sparing
 
-from tests.lib.worlds import refused
+from tests.lib.worlds import refused, slipped
 
 CLEAN, TRUTH = manhattan(60, 0, closures=20)
 GRAPH, WRONG = add_random_closures(CLEAN, 20, 1, poses=TRUTH)
@@ -64,10 +63,8 @@ def test_whenever_the_time_ends_there_is_a_map_with_a_reason(ticking, seconds):
 
 def test_slips_are_not_looked_for_beyond_the_limit(monkeypatch):
     """A second goes by with each linear solve, and one limit ends amid the search for slips."""
-    clean = manhattan(100, 0, closures=45)[0]
-    measurement = clean.measurement.copy()
-    measurement[[30, 75]] += [3.0, 0.0, 0.6]
-    graph, spent, solve = replace(clean, measurement=measurement), [0.0], Sparing.solve
+    graph = slipped(manhattan(100, 0, closures=45)[0], (30, 75))
+    spent, solve = [0.0], Sparing.solve
 
     def slow(problem, weights, x):
         spent[0] += 1.0

@@ -18,13 +18,13 @@ from robust_slam.graphs.pose_graph import select
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.trajectories import write_tum
 
+from tests.lib.worlds import with_outliers
+
 
 @pytest.fixture
 def file(tmp_path):
-    rng = np.random.default_rng(0)
-    graph, truth = manhattan(60, rng, closures=20)
-    spoiled, _ = add_random_closures(graph, 6, rng, poses=truth)
-    write(tmp_path / "town.g2o", spoiled, truth)
+    graph, _, truth, _ = with_outliers(manhattan, 60, 0, 6, closures=20)
+    write(tmp_path / "town.g2o", graph, truth)
     return tmp_path / "town.g2o"
 
 

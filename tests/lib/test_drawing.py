@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from robust_slam.drawing import decision_legend, draw_map, legend_below, map_legend
 from robust_slam.graphs.generate import circle, sphere
-from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.palette import PALETTE
+
+from tests.lib.worlds import with_outliers
 
 
 @pytest.fixture
@@ -21,10 +22,7 @@ def ax():
 
 
 def town():
-    rng = np.random.default_rng(5)
-    clean, truth = circle(20, rng, laps=2, closures=4)
-    graph, wrong = add_random_closures(clean, 2, rng, poses=truth)
-    return graph, wrong, truth
+    return with_outliers(circle, 20, 5, 2, laps=2, closures=4)[:3]
 
 
 def ends_drawn(ax, colour: str) -> set[tuple[float, ...]]:

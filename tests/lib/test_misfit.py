@@ -1,4 +1,4 @@
-"""What neither noise nor outliers explain makes the support of a map weak, and is told."""
+"""What neither noise nor outliers explain: steps that slipped, and maps of weak support."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from robust_slam.descent import gauss_newton
-from robust_slam.graphs import ate, manhattan, sphere
-from robust_slam.graphs.pose_graph import jacobians
+from robust_slam.graphs import add_random_closures, ate, manhattan, sphere
+from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.solver import Support, solve
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.misfit import find_misfit
+
+from tests.lib.worlds import dense_jacobian, slipped
 
 
 def moved(graph, edges, sizes, rng):
@@ -29,10 +31,8 @@ def test_poses_take_up_what_the_normal_equations_say(make):
     graph, truth = make(12, 0, closures=6)
     fit = Fitted.of(graph, truth, np.ones(len(graph.edges), dtype=bool))
     d, m = graph.group.DOF, len(graph.edges)
-    rows = np.zeros((m, d, graph.n, d))
-    for pose, block in zip(graph.edges.T, jacobians(graph, truth), strict=True):
-        rows[np.arange(m), :, pose] += fit.root @ block
-    jacobian = rows[:, :, 1:].reshape(m * d, -1)
+    rows = dense_jacobian(graph, truth)[:, :, 1:].reshape(m, d, -1)
+    jacobian = (fit.root @ rows).reshape(m * d, -1)
     noise = np.random.default_rng(1).normal(size=(3, m, d))
     taken = (jacobian @ np.linalg.pinv(jacobian) @ noise.reshape(3, -1).T).T
     np.testing.assert_allclose(fit.taken_up(noise), taken.reshape(noise.shape), atol=1e-9)
@@ -92,3 +92,33 @@ def test_odometry_is_given_more_noise_where_a_few_steps_have_far_more(world):
     assert np.all(answer.kept)
     assert ate(answer.poses, truth) < 0.2
     assert answer.support is Support.WEAK
+
+
+@pytest.mark.parametrize("make", [manhattan, sphere])
+def test_slips_are_found_and_the_map_is_right_without_them(make, seed):
+    rng = np.random.default_rng(seed)
+    graph, truth = make(100, rng, closures=45)
+    graph, is_outlier = add_random_closures(graph, 20, rng)
+    answer = solve(slipped(graph, (30, 75)))
+    assert answer.slips.tolist() == [30, 75]
+    assert ate(answer.poses, truth) < 0.4
+    assert not np.any(answer.kept & is_outlier)
+    assert answer.support is Support.WEAK
+    assert "slipped at 2 steps: 30-31, 75-76" in answer.summary()
+
+
+def test_an_odometry_that_did_not_slip_is_trusted(seed):
+    rng = np.random.default_rng(seed)
+    graph, _ = add_random_closures(manhattan(100, rng, closures=45)[0], 60, rng)
+    answer = solve(graph)
+    assert answer.slips.size == 0
+    assert answer.support is Support.UNIQUE
+
+
+def test_closures_of_one_place_are_no_slip():
+    """The robot takes one place for another: its five closures agree, as after a slip."""
+    rng = np.random.default_rng(0)
+    graph, truth = manhattan(100, rng, closures=4)
+    graph, _ = add_aliased_closures(graph, 1, rng, size=5, poses=truth)
+    answer = solve(graph)
+    assert answer.slips.size == 0

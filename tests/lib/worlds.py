@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.graphs import add_random_closures, datasets, se2, se3
-from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.graphs.pose_graph import PoseGraph, jacobians, with_closures
 from robust_slam.problems import chain
 
 from tests.conftest import leave_out
@@ -139,6 +139,15 @@ def with_outliers(make, n, seed, count, **options):
     return graph, is_outlier, truth, clean
 
 
+def slipped(graph, steps, metres=3.0, radians=0.6):
+    """The graph where the odometry at ``steps`` is off, though it claims what it did."""
+    group, measurement, at = graph.group, graph.measurement.copy(), list(steps)
+    error = np.zeros(group.DOF)
+    error[[0, -1]] = metres, radians
+    measurement[at] = group.compose(measurement[at], group.exp(error))
+    return replace(graph, measurement=measurement)
+
+
 def public_graph(name, load=datasets.load):
     """A public graph, or no test where its file is not on this machine."""
     try:
@@ -157,6 +166,15 @@ def perturbed(group, poses, k, delta):
 def slopes(function, size, h=1e-6):
     """The derivatives of a function at 0, one column for each of ``size`` unknowns."""
     return np.stack([(function(h * e) - function(-h * e)) / (2 * h) for e in np.eye(size)], -1)
+
+
+def dense_jacobian(graph, poses):
+    """The derivatives of all residuals by all poses, ``(m, DOF, n, DOF)``."""
+    m, dof = len(graph.edges), graph.group.DOF
+    rows = np.zeros((m, dof, graph.n, dof))
+    for pose, block in zip(graph.edges.T, jacobians(graph, poses), strict=True):
+        rows[np.arange(m), :, pose] += block
+    return rows
 
 
 def gradient(graph, poses, weights=None):

@@ -8,16 +8,13 @@ from robust_slam.consistency import pairwise
 from robust_slam.consistency.bridges import find_bridges
 from robust_slam.consistency.pairwise import pairwise_distances, pcm, total_distances
 from robust_slam.graphs.generate import manhattan, sphere
-from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
-from tests.lib.worlds import renumbered, turned
+from tests.lib.worlds import renumbered, turned, with_outliers
 
 
 def spoiled(make, seed, outliers=15):
-    rng = np.random.default_rng(seed)
-    graph, truth = make(60, rng, closures=25)
-    return add_random_closures(graph, outliers, rng, poses=truth)
+    return with_outliers(make, 60, seed, outliers, closures=25)[:2]
 
 
 @pytest.mark.parametrize("make", [manhattan, sphere])

@@ -11,7 +11,8 @@ from robust_slam.graphs.generate import Noise, manhattan, sphere
 from robust_slam.graphs.gtsam_graph import to_gtsam
 from robust_slam.graphs.metrics import nees
 from robust_slam.graphs.odometry import dead_reckoning
-from robust_slam.graphs.pose_graph import jacobians
+
+from tests.lib.worlds import dense_jacobian
 
 # Coarse noise, so that GTSAM's prior on pose 0, 1 mm and 1 mrad, does not matter.
 COARSE = Noise(odometry=(0.3, 0.1), closure=(0.3, 0.1))
@@ -21,15 +22,8 @@ both = pytest.mark.parametrize("make", [manhattan, sphere])
 
 def dense_inverse(graph, poses):
     """The covariance of all poses but the first, ``((n − 1) D, (n − 1) D)``."""
-    by_i, by_j = jacobians(graph, poses)
-    size = graph.group.DOF
-    dense = np.zeros((graph.n * size, graph.n * size))
-    for (i, j), a, b, omega in zip(graph.edges, by_i, by_j, graph.information, strict=True):
-        row = np.zeros((size, graph.n * size))
-        row[:, size * i : size * (i + 1)] += a
-        row[:, size * j : size * (j + 1)] += b
-        dense += row.T @ omega @ row
-    return np.linalg.inv(dense[size:, size:])
+    rows = dense_jacobian(graph, poses)[:, :, 1:].reshape(len(graph.edges), graph.group.DOF, -1)
+    return np.linalg.inv(np.sum(np.swapaxes(rows, 1, 2) @ graph.information @ rows, axis=0))
 
 
 @both

@@ -16,9 +16,10 @@ from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
-from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LocationProblem, PoseGraphProblem
+
+from tests.lib.worlds import with_outliers
 
 HUGE = np.array([0.0, 1e-300, 1e-8, 1.0, 1e100, 1.4e154, 1e200, 1e300])
 
@@ -44,9 +45,7 @@ def test_no_residual_is_too_large_for_a_kernel(name):
 
 @pytest.fixture(scope="module")
 def town():
-    rng = np.random.default_rng(0)
-    graph, truth = manhattan(80, rng, closures=30)
-    return add_random_closures(graph, 12, rng, poses=truth)
+    return with_outliers(manhattan, 80, 0, 12, closures=30)[0]
 
 
 SOLVERS = {
@@ -59,9 +58,8 @@ SOLVERS = {
 
 @pytest.mark.parametrize("name", SOLVERS)
 def test_a_graph_is_solved_from_dead_reckoning_in_single_steps(town, name):
-    graph, _ = town
-    problem = PoseGraphProblem(graph, tol=1e-6, steps=1)
-    ours = SOLVERS[name](graph)
+    problem = PoseGraphProblem(town, tol=1e-6, steps=1)
+    ours = SOLVERS[name](town)
     by_hand = SOLVERS[name](problem, x0=problem.guess, tol=1e-6)
     np.testing.assert_array_equal(ours.poses, by_hand.poses)
     assert ours.stop is by_hand.stop
@@ -69,9 +67,8 @@ def test_a_graph_is_solved_from_dead_reckoning_in_single_steps(town, name):
 
 
 def test_a_threshold_follows_from_the_probability(town):
-    graph, _ = town
-    by_norm = gnc(graph, chi_square_threshold(0.9, 3))
-    np.testing.assert_array_equal(gnc(graph, probability=0.9).weights, by_norm.weights)
+    by_norm = gnc(town, chi_square_threshold(0.9, 3))
+    np.testing.assert_array_equal(gnc(town, probability=0.9).weights, by_norm.weights)
     location = LocationProblem([0.0, 0.1, 9.0])
     by_norm = gnc(location, chi_square_threshold(0.99, 1))
     np.testing.assert_array_equal(gnc(location).weights, by_norm.weights)
@@ -84,7 +81,7 @@ def test_what_is_neither_a_graph_nor_a_problem_is_refused():
 
 def test_a_watcher_sees_every_step(town):
     seen = []
-    result = gnc(town[0], watch=seen.append)
+    result = gnc(town, watch=seen.append)
     assert [step.mu for step in seen] == [s.mu for s in result.history[1:] if s.mu][: len(seen)]
     assert len(seen) >= 5
 
@@ -106,9 +103,8 @@ def test_a_loop_that_cannot_go_on_returns_what_it_has():
 
 
 def test_joint_solvers_take_a_graph_too(town):
-    graph, _ = town
-    problem = PoseGraphProblem(graph)
-    joint = joint_switchable(graph, 9.0)
+    problem = PoseGraphProblem(town)
+    joint = joint_switchable(town, 9.0)
     np.testing.assert_array_equal(joint.poses, joint_switchable(problem, 9.0, problem.guess).poses)
     with pytest.raises(TypeError, match="is a LocationProblem; give a PoseGraph or a Pose"):
         joint_switchable(LocationProblem([1.0]), 9.0)
@@ -117,7 +113,7 @@ def test_joint_solvers_take_a_graph_too(town):
 @pytest.mark.parametrize("call", [pcm, rs.solve, dead_reckoning, sessions, spanning_tree])
 def test_a_problem_in_place_of_a_graph_is_told_at_once(town, call):
     with pytest.raises(TypeError, match="graph is a PoseGraphProblem; give a PoseGraph, its attr"):
-        call(PoseGraphProblem(town[0]))
+        call(PoseGraphProblem(town))
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import pytest
 from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.models import POINT, RANGE, RELATIVE
 
+from tests.lib.descent.sparse.matrices import as_dense
 from tests.lib.factors.made import Twin, everything
 from tests.lib.worlds import random_poses, slopes
 
@@ -49,7 +50,7 @@ def test_the_normal_equations_are_those_of_gtsam(gtsam, group, seed):
     hessian, gradient = equations.system(x, weights)
     theirs, downhill = weighted(twin, x, weights)
     np.testing.assert_allclose(gradient[1:], -downhill, atol=1e-9 * np.abs(downhill).max())
-    ours = dense(equations.pattern, hessian)
+    ours = as_dense(equations.pattern, hessian)
     np.testing.assert_allclose(ours, theirs, atol=1e-9 * np.abs(theirs).max())
 
 
@@ -69,14 +70,3 @@ def weighted(twin, x, weights):
         matrix[np.ix_(at, at)] += weight * jacobian.T @ jacobian
         right[at] += weight * jacobian.T @ b
     return matrix, right.reshape(nodes, size)
-
-
-def dense(pattern, blocks):
-    """The matrix ``(N D, N D)`` of the blocks of a pattern, without the node that is held."""
-    size = pattern.block
-    matrix = np.zeros(((pattern.n - 1) * size,) * 2)
-    for row, column, block in zip(pattern.row, pattern.column, blocks, strict=True):
-        at, to = ((pattern.order[k] - 1) * size + np.arange(size) for k in (row, column))
-        matrix[np.ix_(at, to)] = block
-        matrix[np.ix_(to, at)] = block.T
-    return matrix
