@@ -27,7 +27,7 @@ def lesson(sigma=0.3):
 
 
 @given(z=st.lists(numbers, min_size=1, max_size=12), kernel=kernels, x0=numbers)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_the_robust_cost_of_a_location_never_rises(z, kernel, x0):
     assert cost_never_rises(irls(LocationProblem(z, 0.7), kernel, x0))
 

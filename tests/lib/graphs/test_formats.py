@@ -19,7 +19,7 @@ from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
 from tests.lib.graphs.test_g2o import FUZZ, WORDS
-from tests.lib.worlds import assert_same_poses
+from tests.lib.worlds import assert_same_poses, refused
 
 ROTATION_FIRST = [3, 4, 5, 0, 1, 2]
 TRIANGLE = np.arange(1.0, 22.0)
@@ -54,6 +54,13 @@ def put(folder, content, name="graph.txt"):
 
 def read(folder, content, **options):
     return rs.read(put(folder, content), **options)
+
+
+def assert_refused(path, message, of=None, **options):
+    """Assert that reading is refused with the path, or that ``of`` another file, and a message."""
+    with pytest.raises(GraphFileError) as caught:
+        rs.read(path, **options)
+    assert str(caught.value).startswith(f"{of or path}:{message}")
 
 
 def test_the_plane_of_toro_has_its_own_order_of_the_matrix(tmp_path):
@@ -175,10 +182,7 @@ def test_what_is_not_used_of_files_of_gtsam_is_said(gtsam, name, size, skipped, 
     ],
 )
 def test_files_of_gtsam_that_are_no_such_graphs_are_refused_by_line(gtsam, name, message):
-    path = Path(gtsam.__file__).parent / "Data" / name
-    with pytest.raises(GraphFileError) as caught:
-        rs.read(path)
-    assert str(caught.value).startswith(f"{path}:{message}")
+    assert_refused(Path(gtsam.__file__).parent / "Data" / name, message)
 
 
 def test_pyfg_gives_covariances_and_ids_with_the_letter_of_a_robot(tmp_path):
@@ -201,30 +205,24 @@ def test_pyfg_in_space_is_that_of_g2o_with_a_time_and_the_inverse(tmp_path):
     np.testing.assert_array_equal(graph.translation[0], [1, 2, 3])
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (PYFG_PLANE.replace("A9 A10", "A9 10"), "4: field 3 is '10'; give a letter and a number"),
-        (PYFG_PLANE.replace("1.5 A9", "now A9"), "4: field 1 is 'now'; give a number"),
-        (PYFG_PLANE.replace("0 0 0.09", "0 0 0"), "5: the covariance matrix is not positive def"),
-        (
-            PYFG_PLANE.replace("0.04 0 0 0.09", "1 1 0 1.0000000000000002"),
-            "5: the covariance matrix is not positive definite",
-        ),
-        (PYFG_PLANE.replace("A10 B2 1", "A10 A10 1"), "5: the edge joins vertex A10 to itself"),
-        (PYFG_PLANE.replace("A10 B2 1", "A10 B3 1"), "5: vertex B3 is missing; add its line"),
-        (
-            PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")],
-            " no path of edges joins vertex A9 to",
-        ),
-        (TORO_PLANE.replace("13 2 3\n", "13 2\n", 1), "3: EDGE2 has 10 fields behind it; give 11"),
-    ],
+@refused(
+    (PYFG_PLANE.replace("A9 A10", "A9 10"), "4: field 3 is '10'; give a letter and a number"),
+    (PYFG_PLANE.replace("1.5 A9", "now A9"), "4: field 1 is 'now'; give a number"),
+    (PYFG_PLANE.replace("0 0 0.09", "0 0 0"), "5: the covariance matrix is not positive def"),
+    (
+        PYFG_PLANE.replace("0.04 0 0 0.09", "1 1 0 1.0000000000000002"),
+        "5: the covariance matrix is not positive definite",
+    ),
+    (PYFG_PLANE.replace("A10 B2 1", "A10 A10 1"), "5: the edge joins vertex A10 to itself"),
+    (PYFG_PLANE.replace("A10 B2 1", "A10 B3 1"), "5: vertex B3 is missing; add its line"),
+    (
+        PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")],
+        " no path of edges joins vertex A9 to",
+    ),
+    (TORO_PLANE.replace("13 2 3\n", "13 2\n", 1), "3: EDGE2 has 10 fields behind it; give 11"),
 )
-def test_what_is_wrong_is_named_by_the_ids_of_the_file(tmp_path, text, message):
-    path = put(tmp_path, text)
-    with pytest.raises(GraphFileError) as caught:
-        rs.read(path)
-    assert str(caught.value).startswith(f"{path}:{message}")
+def test_what_is_wrong_is_named_by_the_ids_of_the_file(tmp_path, wrong, message):
+    assert_refused(put(tmp_path, wrong), message)
 
 
 @pytest.mark.parametrize("text", [TORO_SPACE, TORO_PLANE, PYFG_PLANE], ids=["3D", "2D", "pyfg"])
@@ -304,46 +302,35 @@ TUM = "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 1 1\n"
 KITTI = "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 2 0 0 1 0\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (TUM.replace("1.5", "0.5"), "2: the time does not ascend; sort the lines"),
-        (TUM.replace("0 0 1 1", "0 0 0 0"), "3: the quaternion is 0"),
-        (TUM + "3.5 1 1 1\n", "4: the line has 4 numbers, the first one 8"),
-        (TUM.replace("1.5 1", "1.5 nan"), "2: a number is not finite"),
-        (TUM.replace("1.5 1", "1.5 1e200"), "2: a number is beyond 1e+30; give metres"),
-        (TUM.replace("1.5 1", "1.5 x"), "2: field 2 is 'x'; give a number"),
-        (TUM.splitlines()[0], " one pose is no trajectory; give at least two"),
-        ("# t x y\n1 2 3\n", "2: 3 numbers are no pose of a trajectory; give 8, as TUM does"),
-        (KITTI.replace("0 -1 0 1", "0 -2 0 1"), "2: the left part of [R | t] is not a rotation"),
-        (KITTI.replace("0 -1 0 1", "0 1 0 1"), "2: the left part of [R | t] is not a rotation"),
-    ],
+@refused(
+    (TUM.replace("1.5", "0.5"), "2: the time does not ascend; sort the lines"),
+    (TUM.replace("0 0 1 1", "0 0 0 0"), "3: the quaternion is 0"),
+    (TUM + "3.5 1 1 1\n", "4: the line has 4 numbers, the first one 8"),
+    (TUM.replace("1.5 1", "1.5 nan"), "2: a number is not finite"),
+    (TUM.replace("1.5 1", "1.5 1e200"), "2: a number is beyond 1e+30; give metres"),
+    (TUM.replace("1.5 1", "1.5 x"), "2: field 2 is 'x'; give a number"),
+    (TUM.splitlines()[0], " one pose is no trajectory; give at least two"),
+    ("# t x y\n1 2 3\n", "2: 3 numbers are no pose of a trajectory; give 8, as TUM does"),
+    (KITTI.replace("0 -1 0 1", "0 -2 0 1"), "2: the left part of [R | t] is not a rotation"),
+    (KITTI.replace("0 -1 0 1", "0 1 0 1"), "2: the left part of [R | t] is not a rotation"),
 )
-def test_what_is_wrong_in_a_trajectory_is_named_by_line(tmp_path, text, message):
-    path = put(tmp_path, text)
-    with pytest.raises(GraphFileError) as caught:
-        rs.read(path, odometry=(0.1, 0.1))
-    assert str(caught.value).startswith(f"{path}:{message}")
+def test_what_is_wrong_in_a_trajectory_is_named_by_line(tmp_path, wrong, message):
+    assert_refused(put(tmp_path, wrong), message, odometry=(0.1, 0.1))
 
 
 SPACE_EDGE = f"EDGE_SE3:QUAT 0 2 1 1 0 0 0 0 1 {HALF}\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (SPACE_EDGE.replace("0 2", "0 3", 1), ":1: pose 3 is missing: the trajectory has 0 to 2"),
-        (SPACE_EDGE.replace("0 2", "2 2", 1), ":1: the edge joins vertex 2 to itself"),
-        (SPACE_EDGE.replace("101.0", "-1"), ":1: the information matrix is not positive"),
-        ("0 2 1 1 0 0 0 1\n", ": these are no closures; give lines EDGE_SE3:QUAT"),
-        ("", ": no edge is there; add lines EDGE_SE2 or EDGE_SE3:QUAT"),
-    ],
+@refused(
+    (SPACE_EDGE.replace("0 2", "0 3", 1), "1: pose 3 is missing: the trajectory has 0 to 2"),
+    (SPACE_EDGE.replace("0 2", "2 2", 1), "1: the edge joins vertex 2 to itself"),
+    (SPACE_EDGE.replace("101.0", "-1"), "1: the information matrix is not positive"),
+    ("0 2 1 1 0 0 0 1\n", " these are no closures; give lines EDGE_SE3:QUAT"),
+    ("", " no edge is there; add lines EDGE_SE2 or EDGE_SE3:QUAT"),
 )
-def test_what_is_wrong_in_the_closures_is_named_by_their_file(tmp_path, text, message):
-    closures = put(tmp_path, text, "closures.g2o")
-    with pytest.raises(GraphFileError) as caught:
-        read(tmp_path, TUM, odometry=(0.1, 0.1), closures=closures)
-    assert str(caught.value).startswith(f"{closures}{message}")
+def test_what_is_wrong_in_the_closures_is_named_by_their_file(tmp_path, wrong, message):
+    drive, closures = put(tmp_path, TUM), put(tmp_path, wrong, "closures.g2o")
+    assert_refused(drive, message, closures, odometry=(0.1, 0.1), closures=closures)
 
 
 def test_closures_are_a_part_of_what_is_said_about_the_file(tmp_path, caplog):
@@ -374,19 +361,16 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
             rs.read(plane, **option)
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"#ROSBAG V2.0\n\x00\x01", "this is a ROS 1 bag; .*evo_traj bag FILE TOPIC --save_as"),
-        (b"SQLite format 3\x00\x10", "this is an SQLite database, such as a ROS 2 bag; it holds"),
-        (b"\x89MCAP0\r\n\x01", "this is an MCAP log, .*export its graph as g2o, or take its odom"),
-        (b"\x1f\x8b\x08\x00", "this is packed with gzip; unpack it first"),
-        (b"PK\x03\x04", "this is a zip file; unpack it first"),
-    ],
+@refused(
+    (b"#ROSBAG V2.0\n\x00\x01", "this is a ROS 1 bag; .*evo_traj bag FILE TOPIC --save_as"),
+    (b"SQLite format 3\x00\x10", "this is an SQLite database, such as a ROS 2 bag; it holds"),
+    (b"\x89MCAP0\r\n\x01", "this is an MCAP log, .*export its graph as g2o, or take its odom"),
+    (b"\x1f\x8b\x08\x00", "this is packed with gzip; unpack it first"),
+    (b"PK\x03\x04", "this is a zip file; unpack it first"),
 )
-def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path, content, message):
+def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path, wrong, message):
     with pytest.raises(GraphFileError, match=rf"graph.g2o: {message}"):
-        rs.load(put(tmp_path, content, "graph.g2o"))
+        rs.load(put(tmp_path, wrong, "graph.g2o"))
 
 
 def test_a_folder_is_named_as_what_it_may_be(tmp_path):
