@@ -62,37 +62,40 @@ def run(options: argparse.Namespace) -> int:
     found, left = reader.read(archive)
     if not archive.infos:
         raise WrongUse(f"{options.zip} is empty: download it again.")
-    written = [_put(one, archive, options) for one in found]
-    left += [
-        downloads.LeftOut(one.entry, why) for one, why in zip(found, written, strict=True) if why
-    ]
-    taken = [one for one, why in zip(found, written, strict=True) if not why]
+    taken: list[Notebook] = []
+    for one in found:
+        try:
+            _put(one, archive, options)
+            taken.append(one)
+        except ValueError as error:
+            left.append(downloads.LeftOut(one.entry, str(error)))
     listed = {roster.key(row.cells[match]) for row in students} - {""}
     _tell(taken, left, listed, options)
     return 1 if left else 0
 
 
-def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> str:
-    """Write a notebook where it belongs; return why not, where something else is there."""
+def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
+    """Write a notebook where it belongs.
+
+    Raises:
+        ValueError: it cannot be read, or something else is there; the words say which.
+    """
     folder = options.submitted / one.student / one.assignment
     notebook = assignments.notebook_path(options.solutions / one.assignment)
     path = folder / notebook.name
-    try:
-        data = archive.read(one.entry)
-    except ValueError as error:
-        return str(error)
+    data = archive.read(one.entry)
     for above in (options.submitted / one.student, folder, path):
         if above.is_symlink():
-            return f"would be written through a link, {log_line(str(above))}: remove it"
+            raise ValueError(f"would be written through a link, {log_line(str(above))}: remove it")
     others = sorted(p.name for p in folder.glob("*.ipynb")) if folder.is_dir() else []
     if path.name in others and path.read_bytes() == data:
-        return ""
+        return
+    where = log_line(str(folder))
     if others and not options.replace:
-        return f"differs from what {log_line(str(folder))} holds already: add --replace"
+        raise ValueError(f"differs from what {where} holds already: add --replace")
     if others not in ([], [path.name]):
-        return f"cannot replace {', '.join(map(log_line, others))} in {log_line(str(folder))}"
+        raise ValueError(f"cannot replace {', '.join(map(log_line, others))} in {where}")
     _write(path, data, one)
-    return ""
 
 
 def _write(path: Path, data: bytes, one: Notebook) -> None:

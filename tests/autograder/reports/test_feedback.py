@@ -179,8 +179,6 @@ class TestChapter:
         ]
         assert f'href="{base}#half-or-no-half"' in feedback.html(shown)
         assert f"](<{base}#half-or-no-half>)" in feedback.markdown(shown)
-
-    def test_a_path_from_the_page_is_a_site_too(self):
         (partly,) = page(result(samples.PARTLY), site="../../html").exercises
         assert partly.reading.address == "../../html/chapters/07-toy.html#half-or-no-half"
 
@@ -190,8 +188,6 @@ class TestChapter:
         assert "chapter 07-toy, “Half, or no half”" in html
         assert "href=" in html and "07-toy.html" not in html
         assert "](" not in feedback.markdown(shown)
-
-    def test_without_a_chapter_there_is_none(self):
         assert page(result(samples.PARTLY), Config()).exercises[0].reading is None
 
     @pytest.mark.parametrize(
