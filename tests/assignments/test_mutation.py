@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.misconceptions.mutators import Mutant, mutants
-from robust_slam_autograder.misconceptions.slips import Slip
 
 from tests.assignments import answers
 from tests.assignments.mutation import __main__ as command
 from tests.assignments.mutation import equivalents, run
+from tests.assignments.mutation.cells import Mutant, mutants
 from tests.assignments.mutation.report import Report
 from tests.assignments.mutation.run import Verdict
 from tests.assignments.planted import NAME, plant
@@ -160,9 +159,7 @@ def test_an_endless_loop_is_cut_and_counts_as_killed(tree: Path) -> None:
     (one,) = run.exercises(tree / NAME / f"{NAME}.ipynb")
     endless = "def size(u):\n    while True:\n        pass\n"
     limited = run._with_limits(one, seed=1)
-    verdict = run._grade(
-        limited, Mutant("size", "size", endless, "", "", Slip("one step")), seed=1
-    )
+    verdict = run._grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
     assert verdict == Verdict(verdict.mutant, (), "timeout")
     assert verdict.is_killed
 

@@ -75,7 +75,7 @@ def candidates(bench: Bench, exercise: str, answers: Sequence[Answer]) -> Iterat
     right = [one.source for one in mine if one.is_right][:MOST_RIGHT]
     for source in (bench.cells[cell], *right):
         origin = OF_ANSWER if seen else OF_SOLUTION
-        for mutant in wider.mutants(cell, source):
+        for mutant in wider.mutants(source):
             if mutant.source not in seen:
                 seen.add(mutant.source)
                 yield Candidate(origin, mutant.slip.sentence, mutant.source, slip=mutant.slip)

@@ -1,4 +1,4 @@
-"""The mutants of one solution cell: its text with one small change in a solution region.
+"""The mutants of one solution cell: its text with one small change.
 
 Changes are made in the tree and put back as text at their place, so that a diff shows the change
 alone. Text in raised errors is left alone: no case may depend on it. Each change is an instance
@@ -8,13 +8,10 @@ of a slip that a student might make, and ``slips`` has the sentence for it.
 from __future__ import annotations
 
 import ast
-import difflib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from robust_slam_autograder.misconceptions.slips import Change, Site, Slip, called
-
-BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 
 OPERATORS: Mapping[type[ast.operator], tuple[type[ast.operator], str]] = {
     ast.Add: (ast.Sub, "sign"),
@@ -99,18 +96,12 @@ KEPT = (
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change to one solution cell."""
+    """A solution cell with one change."""
 
-    exercise: str
-    """Grade id of the cell."""
-    function: str
-    """The function at the cell's top level that was changed."""
     source: str
     """The text of the whole cell."""
-    line: str
-    """The lines that were changed, as they were, without their indentation."""
-    becomes: str
-    """The same lines as they are."""
+    line: int
+    """Where what was changed begins."""
     slip: Slip
     """What a student would have done wrong who had written it."""
 
@@ -119,50 +110,23 @@ Variants = Callable[[Site], Iterator[Change]]
 """What may stand in the place of a node."""
 
 
-def mutants(exercise: str, source: str) -> list[Mutant]:
-    """Return all mutants of a cell, in the order of its text, no two of them alike.
-
-    Raises:
-        ValueError: no solution region is marked in the cell.
-    """
-    regions = list(_regions(source))
-    if not regions:
-        raise ValueError(f"{exercise}: no line reads {BEGIN}")
-    return list(changed(exercise, source, regions, variants))
-
-
-def changed(
-    exercise: str, source: str, regions: Sequence[tuple[int, int]], variants: Variants
-) -> Iterator[Mutant]:
-    """Yield a cell with one change between the lines of a region, no two texts alike."""
+def changed(source: str, variants: Variants) -> Iterator[Mutant]:
+    """Yield a cell with one change, in the order of its text, no two texts alike."""
     tree = ast.parse(source)
     seen = {source}
     for site in _sites(tree):
-        if not any(first < site.node.lineno < last for first, last in regions):
-            continue
+        line = site.node.lineno
         for change in variants(site):
             text = _with(source, tree, site, change.variant)
             if text is not None and text not in seen:
                 seen.add(text)
-                function = _function_at(tree, site.node.lineno)
-                slip = change.slip(site, _arguments(function))
-                name = function.name if function else ""
-                yield Mutant(exercise, name, text, *_changed_lines(source, text), slip)
+                slip = change.slip(site, _arguments(function_at(tree, line)))
+                yield Mutant(text, line, slip)
 
 
 def _arguments(function: ast.FunctionDef | None) -> frozenset[str]:
     parts = function.args if function else None
     return frozenset(one.arg for one in [*parts.args, *parts.kwonlyargs]) if parts else frozenset()
-
-
-def _regions(source: str) -> Iterator[tuple[int, int]]:
-    """First and last line, both marks, of each solution region."""
-    first = 0
-    for number, line in enumerate(source.split("\n"), start=1):
-        if BEGIN in line:
-            first = number
-        elif END in line:
-            yield first, number
 
 
 def _sites(parent: ast.AST) -> Iterator[Site]:
@@ -347,15 +311,7 @@ def _replaced(source: str, node: ast.expr | ast.stmt, text: str) -> str:
     return (before + text.encode() + after).decode()
 
 
-def _function_at(tree: ast.Module, line: int) -> ast.FunctionDef | None:
+def function_at(tree: ast.Module, line: int) -> ast.FunctionDef | None:
+    """Return the function at the top level of a cell that a line stands in."""
     functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
     return next((f for f in functions if f.lineno <= line <= (f.end_lineno or 0)), None)
-
-
-def _changed_lines(before: str, after: str) -> tuple[str, str]:
-    old, new = before.split("\n"), after.split("\n")
-    changes = difflib.SequenceMatcher(None, old, new, autojunk=False).get_opcodes()
-    spans = [change for change in changes if change[0] != "equal"]
-    line = [text.strip() for text in old[spans[0][1] : spans[-1][2]]]
-    becomes = [text.strip() for text in new[spans[0][3] : spans[-1][4]]]
-    return "\n".join(line), "\n".join(becomes)

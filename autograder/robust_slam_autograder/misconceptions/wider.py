@@ -21,13 +21,12 @@ STEPS = (2, 3, 10, 20, 50, 100)
 """After which a loop may be made to end."""
 
 
-def mutants(exercise: str, source: str) -> list[Mutant]:
+def mutants(source: str) -> list[Mutant]:
     """Return the mutants of a cell, those of ``mutators`` first, no two of them alike."""
-    lines = [(0, source.count("\n") + 2)]
-    first = list(mutators.changed(exercise, source, lines, mutators.variants))
-    found = {one.source: one for one in first}
-    for one in mutators.changed(exercise, source, lines, variants):
-        found.setdefault(one.source, one)
+    found: dict[str, Mutant] = {}
+    for each in (mutators.variants, variants):
+        for one in mutators.changed(source, each):
+            found.setdefault(one.source, one)
     return list(found.values())
 
 

@@ -16,6 +16,6 @@ to start, two seconds each in place of a tenth; mutmut 3 knows pytest alone, and
 nor the others drop keyword arguments, swap sum for mean, or match judged equivalents by text. What
 would be left of such a tool is the list of changes, which is one module here.
 
-Modules: ``mutators`` makes the mutants of a cell, ``equivalents`` reads what was judged, ``run``
+Modules: ``cells`` makes the mutants of a cell, ``equivalents`` reads what was judged, ``run``
 grades them and ``report`` tells.
 """

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from robust_slam_autograder.misconceptions.mutators import Mutant
+from tests.assignments.mutation.cells import Mutant
 
 FILE = "equivalents.toml"
 KEYS = {"exercise", "line", "becomes", "reason"}

@@ -14,7 +14,6 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.results import ExerciseResult, Result, without_grade
-from robust_slam_autograder.misconceptions.mutators import Mutant, mutants
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
@@ -22,6 +21,7 @@ from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.reading.submission import Submission
 
 from tests.assignments.mutation.bare_fork import BareFork
+from tests.assignments.mutation.cells import Mutant, mutants
 
 SHORTEST = 2.0
 """Seconds that a call may always take, on a busy machine too."""
