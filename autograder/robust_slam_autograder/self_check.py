@@ -93,7 +93,6 @@ def run(
         return known[exercise].sentence(shape) if exercise in known else ""
 
     result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
-    lines.write_rest(result)
     print(terminal.check_end(result, tests.hidden_cases))
     return result, tests.hidden_cases
 
@@ -115,12 +114,6 @@ class _Lines:
         line = terminal.check_line(exercise, self._hidden, place, hints)
         print(line, file=self._out, flush=True)
         self._say_next()
-
-    def write_rest(self, result: Result) -> None:
-        """Exercises that never ran, for example because the time was up."""
-        for exercise in result.exercises:
-            if exercise.name in self._left:
-                self.write(exercise)
 
     def _say_next(self) -> None:
         if self._left and self._out.isatty():

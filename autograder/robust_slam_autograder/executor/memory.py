@@ -21,14 +21,10 @@ KEPT_BACK_BYTES = 128 * 1024**2
 """Within this much more the grader works while tests have nothing left."""
 
 
-def bound(more: int = HELD_BYTES) -> None:
-    """Limit, for good, what this process may hold beyond what it holds now.
-
-    Args:
-        more: bytes for the tests.
-    """
+def bound() -> None:
+    """Limit, for good, what this process may hold beyond what it holds now."""
     if (held := _private_bytes()) is not None:
-        most = held + more + KEPT_BACK_BYTES
+        most = held + HELD_BYTES + KEPT_BACK_BYTES
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
 

@@ -18,8 +18,6 @@ from robust_slam_autograder.misconceptions.prints import Called, Part, digests, 
 View = Callable[[Called], list[Part] | None]
 """What an aspect leaves of a call; None where it has none, and nothing where nothing is in it."""
 Compare = Callable[[np.ndarray, Any], np.ndarray]
-FEWEST = 1
-"""Numbers, neither 0 nor 1, that must be left."""
 FEWEST_ALIKE = 3
 """Numbers that must be right up to what they have in common, or that must be left of a row."""
 MOST_ARGUMENTS = 5
@@ -267,7 +265,10 @@ def seen(call: Called, salt: str) -> dict[str, tuple[str, ...]]:
                 views |= {f"{name} {n} {m}": _where(n, one, m) for name, one in _OF_PAIRS.items()}
     found = {}
     for name, view in views.items():
-        parts = _left(call, view)
+        try:
+            parts = view(call)
+        except (ValueError, TypeError, IndexError, FloatingPointError):
+            continue
         is_free = name in _KINDS or (
             name not in _OF_VALUES and not name.startswith((_FAR, _CLOSE))
         )
@@ -286,25 +287,13 @@ def near(parts: Sequence[Part], salt: str, cell: float = FINE) -> tuple[str, ...
     return digests(parts, salt, cell, 0.5, SCALE)
 
 
-def _left(call: Called, view: View) -> list[Part] | None:
-    try:
-        left = view(call)
-    except (ValueError, TypeError, IndexError, FloatingPointError):
-        return None
-    return left
-
-
 def _telling(parts: Sequence[Part], least: float = 50 * FINE) -> bool:
+    """Tell whether a number is left that is neither 0 nor 1, and so hardly right by chance."""
     numbers = [one for _, one in parts if one is not None]
-    telling = sum(
-        int(np.sum((np.abs(one) > least) & (one != 1) & np.isfinite(one))) for one in numbers
-    )
-    return telling >= FEWEST
+    return any(np.any((np.abs(one) > least) & (one != 1) & np.isfinite(one)) for one in numbers)
 
 
 Digests = Mapping[str, Collection[str]]
-
-
 Cases = Sequence[tuple[Digests, Digests]]
 """Of each failed case the digests of its last call, and those of the solution's."""
 

@@ -136,11 +136,6 @@ def salt_of(seed: int, *, whole: bool) -> str:
     return f"{seed} {whole}"
 
 
-def of_trace(trace: Trace, salt: str, *, with_aspects: bool = True) -> Digests:
-    """Return the digests of what a test cell saw; none where it cannot be compared."""
-    return {} if trace.broken or not trace.calls else _of(trace.calls, salt, with_aspects)
-
-
 def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
     parts: Iterator[Part] = (part for one in calls for part in ((one.name, None), *one.parts))
     found = {WHOLE: digests(parts, salt)}
@@ -183,7 +178,7 @@ def _entries(calls: Sequence[Called], salt: str) -> Digests:
 
 def seen_by(trace: Trace, salt: str, *, with_aspects: bool = True) -> Seen:
     """Return what a test cell saw that failed; the traits of its last call are aspects too."""
-    found = of_trace(trace, salt, with_aspects=with_aspects)
+    found = _of(trace.calls, salt, with_aspects) if trace.calls else {}
     end = traits.of_call(trace.calls[-1]) if with_aspects and trace.calls else ()
     return Seen(found, not trace.raised, trace.is_real, tuple(end))
 

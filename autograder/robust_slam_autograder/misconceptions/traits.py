@@ -121,11 +121,6 @@ def _of_pairs(given: Mapping[Any, object]) -> Iterator[str]:
             yield f"meets {n}&{m}"
 
 
-def is_raised(end: Iterable[str]) -> bool:
-    """Tell whether a call ended with an exception, by its traits."""
-    return any(one.startswith(f"{_SAYS}!") for one in end)
-
-
 def of_solution(calls: Sequence[Called]) -> frozenset[str]:
     """Return the words that a solution says, and what it returns at all, or as a rule."""
     words = {word for call in calls if (word := word_of(call))}
@@ -149,14 +144,15 @@ def _returned(call: Called, given: Mapping[Any, object]) -> Iterator[str]:
             yield from [f"one of {place}"] if np.any(array == numbers[0]) else ()
 
 
-def _row(value: object) -> np.ndarray | None:
+def _row(value: object, kinds: str = "iuf") -> np.ndarray | None:
+    """Return a value as an array of these kinds of numbers, where it is one."""
     if value is None or callable(value) or isinstance(value, str | dict):
         return None
     try:
         array = np.asarray(value)
     except ValueError:  # rows of different lengths
         return None
-    return array if array.dtype.kind in "iuf" else None
+    return array if array.dtype.kind in kinds else None
 
 
 def shown(found: Iterable[str], texts: Sequence[str]) -> Iterator[str]:
@@ -170,16 +166,11 @@ def shown(found: Iterable[str], texts: Sequence[str]) -> Iterator[str]:
 def _kinds(value: object) -> Iterable[str]:
     if isinstance(value, str):
         return {f"{_TEXT}{value}"} if value.isidentifier() else ()
-    if callable(value) or value is None or isinstance(value, dict):
-        return ()
-    try:
-        array = np.asarray(value)
-    except ValueError:  # rows of different lengths
+    array = _row(value, "biuf")
+    if array is None:
         return ()
     if array.dtype.kind == "b":
         return () if array.any() else ("none true",)
-    if array.dtype.kind not in "iuf":
-        return ()
     is_one = array.ndim == 0
     kinds = {
         "integers": array.dtype.kind in "iu" and not is_one and array.size > 0,
@@ -228,10 +219,6 @@ def told(
     return first or next(iter(kinds.values()), "") or _word(shared, passed, words)
 
 
-def _passed(passed: Mapping[str, int]) -> int:
-    return sum(times for one, times in passed.items() if one.startswith(_OF))
-
-
 def _word(shared: Collection[str], passed: Mapping[str, int], words: Collection[str]) -> str:
     said = [one for one in words if not one.startswith(("!", _RETURNS))]
     word = next((one for one in said if f"{_SAYS}{one}" in shared), "")
@@ -251,7 +238,8 @@ def _place(
 ) -> str:
     (function,) = [one for one in shared if one.startswith(_OF)] or [""]
     if passed.get(function, 0) < FEWEST_PASSED:
-        is_other = function and not passed.get(function) and _passed(passed) >= FEWEST_PASSED
+        others = sum(times for one, times in passed.items() if one.startswith(_OF))
+        is_other = function and not passed.get(function) and others >= FEWEST_PASSED
         return f"all is right but what `{function[3:]}` returns" if is_other else ""
     said = (_SAYS, _RETURNS, _FRACTIONS)
     only = {one for one in shared if not passed.get(one) and not one.startswith(said)}
@@ -262,7 +250,8 @@ def _place(
     parted = [one.rpartition(" ") for one in strong or only]
     kinds = sorted({kind for kind, _, _ in parted})
     # Integers are to blame where fractions are cut off; else what they came with may be.
-    if "integers" in kinds and (_FRACTIONS in shared or is_raised(shared) or not has_cut):
+    is_raised = any(one.startswith(f"{_SAYS}!") for one in shared)
+    if "integers" in kinds and (_FRACTIONS in shared or is_raised or not has_cut):
         return ""
     # Many slips show only where there is much to compute.
     if not kinds or kinds == ["many"] or len(kinds) > MOST_AT_ONCE:

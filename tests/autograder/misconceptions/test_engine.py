@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from robust_slam_autograder.misconceptions.known import Known
 from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace, parts_of
 from robust_slam_autograder.misconceptions.runner import Runner
 from robust_slam_autograder.misconceptions.shapes import Seen
+from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
 
@@ -33,7 +34,7 @@ def digests(*values: object) -> tuple[str, ...]:
     trace = Trace()
     for value in values:
         trace.add("f", (), value)
-    return shapes.of_trace(trace, "salt").get(shapes.WHOLE, ())
+    return shapes.seen_by(trace, "salt").digests.get(shapes.WHOLE, ())
 
 
 @pytest.mark.parametrize(
@@ -88,41 +89,58 @@ def test_nested_and_many_values_come_to_an_end() -> None:
     assert digests(*range(MAX_CALLS + 1)) == ()
 
 
+@dataclass
+class Engine:
+    """What is known of the toy's first exercise, found out once for each list of answers."""
+
+    setting: Setting
+    found: dict[tuple[Answer, ...], list[Candidate]] = field(default_factory=dict)
+    tables: dict[tuple[Answer, ...], Table] = field(default_factory=dict)
+
+    def known(self, *answers: Answer) -> list[Candidate]:
+        if answers not in self.found:
+            self.found[answers] = survey.survey(self.setting, "double", answers)
+        return self.found[answers]
+
+    def table(self, *answers: Answer) -> Table:
+        if answers not in self.tables:
+            known = self.known(*answers)
+            self.tables[answers] = survey.table(self.setting, "double", known)
+        return self.tables[answers]
+
+    def says(self, source: str, *answers: Answer) -> str:
+        """What it says of a cell, knowing some answers."""
+        typed = [Candidate(WRITTEN, "", source)]
+        found = survey.shapes_of(self.setting, "double", lambda bench: typed, with_aspects=True)
+        return next((self.table(*answers).sentence(shape) for _, shape in found), "")
+
+
 @pytest.fixture(scope="module")
-def setting(tmp_path_factory: pytest.TempPathFactory) -> Setting:
+def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
     tree = toy.make_tree(tmp_path_factory.mktemp("tree"))
     path = tree / toy.NAME / f"{toy.NAME}.ipynb"
-    return Setting(path, assignments.load(path), 7, whole=True)
+    return Engine(Setting(path, assignments.load(path), 7, whole=True))
 
 
 def wrong(name: str, source: str, story: str) -> Answer:
     return Answer("double", f"wrong_{name}", source, story, caught_by="double-random")
 
 
-def said(setting: Setting, source: str, *answers: Answer) -> str:
-    """What the engine says of a cell, knowing some answers."""
-    known = survey.survey(setting, "double", answers)
-    table = survey.table(setting, "double", known)
-    typed = [Candidate(WRITTEN, "", source)]
-    found = survey.shapes_of(setting, "double", lambda bench: typed, with_aspects=True)
-    return next((table.sentence(shape) for _, shape in found), "")
-
-
 FOURFOLD = "def double(x):\n    return 4 * np.asarray(x)"
 
 
-def test_an_author_s_label_comes_before_a_rule(setting: Setting) -> None:
+def test_an_author_s_label_comes_before_a_rule(engine: Engine) -> None:
     other = "def double(x):\n    return np.add(x, x) * 2"
-    assert said(setting, FOURFOLD) == "what comes back is twice what it should be"
-    label = said(setting, FOURFOLD, wrong("four", other, "Doubles it twice."))
+    assert engine.says(FOURFOLD) == "what comes back is twice what it should be"
+    label = engine.says(FOURFOLD, wrong("four", other, "Doubles it twice."))
     assert label == "your function doubles it twice"
 
 
 @pytest.mark.parametrize("source", [FOURFOLD, "def double(x):\n    return np.asarray(x) / 2"])
 def test_a_batch_runs_those_ways_alone_that_an_answer_may_be(
-    setting: Setting, tmp_path: Path, source: str, monkeypatch: pytest.MonkeyPatch
+    engine: Engine, tmp_path: Path, source: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = survey.survey(setting, "double", [])
+    setting, found = engine.setting, engine.known()
     known.write(tmp_path, toy.NAME, Known(known.digest(setting.path), "", {"double": found}))
     public = replace(setting, seed=PUBLIC_SEED, whole=False)
     shapes, visible = (
@@ -141,7 +159,7 @@ def test_a_batch_runs_those_ways_alone_that_an_answer_may_be(
     with closing(Namer(tmp_path, setting.seed)) as namer:
         marked = Marked(result, shapes=shapes, visible=visible, whole=True)
         named = [namer(job, marked).exercises[0].misconception for _ in range(2)]
-    assert named == [said(setting, source)] * 2 != ["", ""]
+    assert named == [engine.says(source)] * 2 != ["", ""]
     assert 1 <= len(asked) < len(found) / 4
 
 
@@ -154,9 +172,9 @@ def test_a_batch_runs_those_ways_alone_that_an_answer_may_be(
         ("return np.append(y, y[:1])[::-1]", "more entries come back than should"),
     ],
 )
-def test_what_kind_of_thing_comes_back_is_told(setting: Setting, change: str, told: str) -> None:
+def test_what_kind_of_thing_comes_back_is_told(engine: Engine, change: str, told: str) -> None:
     source = f"def double(x):\n    y = 2 * np.asarray(x)\n    if y.size > 2:\n        {change}\n"
-    assert said(setting, f"{source}    return y") == told
+    assert engine.says(f"{source}    return y") == told
 
 
 @pytest.mark.parametrize(
@@ -177,7 +195,7 @@ def of_calls(*values: object) -> dict[str, tuple[str, ...]]:
     trace = Trace()
     for value in values:
         trace.add("f", (), value)
-    return shapes.of_trace(trace, "salt")
+    return shapes.seen_by(trace, "salt").digests
 
 
 @pytest.mark.parametrize(
@@ -224,9 +242,9 @@ def test_words_and_whole_numbers_name_no_slip_however_many_cases_they_fail(value
     assert not survey.counts(Candidate(FACT, "`x` were squared", fact="0"), shape)
 
 
-def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
+def test_two_labels_for_the_same_values_are_none(engine: Engine) -> None:
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
-    assert said(setting, FOURFOLD, one, two) == ""
+    assert engine.says(FOURFOLD, one, two) == ""
 
 
 @pytest.mark.parametrize(
@@ -240,14 +258,13 @@ def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
     ],
     ids=["right", "unknown", "unwritten", "hangs", "nothing"],
 )
-def test_what_is_right_or_unknown_has_no_name(setting: Setting, source: str) -> None:
-    assert said(setting, source) == ""
+def test_what_is_right_or_unknown_has_no_name(engine: Engine, source: str) -> None:
+    assert engine.says(source) == ""
 
 
-def test_a_table_holds_no_label_that_could_be_read(setting: Setting, tmp_path: Path) -> None:
-    known = survey.survey(setting, "double", [wrong("four", FOURFOLD, "Squares it.")])
+def test_a_table_holds_no_label_that_could_be_read(engine: Engine, tmp_path: Path) -> None:
     path = tmp_path / tables.FILE
-    tables.write(path, {"double": survey.table(setting, "double", known)})
+    tables.write(path, {"double": engine.table(wrong("four", FOURFOLD, "Squares it."))})
     assert "quare" not in path.read_text()
     assert tables.read(path)["double"].labels
     path.write_text('{"double": {"labels": 3}}')
@@ -343,9 +360,9 @@ NEARLY = "all is nearly right, and not as exact as it should be"
         ),
     ],
 )
-def test_what_is_right_of_an_answer_is_told(setting: Setting, change: str, told: str) -> None:
+def test_what_is_right_of_an_answer_is_told(engine: Engine, change: str, told: str) -> None:
     source = f"def double(x):\n    y = 2 * np.asarray(x)\n    return {change} if y.size > 1 else y"
-    assert said(setting, source) == told
+    assert engine.says(source) == told
 
 
 def test_a_word_is_told_where_the_solution_says_it_too() -> None:
