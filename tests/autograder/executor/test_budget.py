@@ -111,13 +111,6 @@ def test_each_back_end_counts_work_and_no_sleep(
         assert session.total.left() > 0
 
 
-def test_sleep_is_ended_by_the_clock() -> None:
-    with started(CODE, names=NAMES, limits=SHORT) as session:
-        names = session.bindings()
-        with pytest.raises(SessionFault, match="timeout"):
-            names["sleep"](600)
-
-
 PART = 5
 CALLS = 100_000 // PART
 """A part of what the statements of two assignments call slow, and their limits allow."""

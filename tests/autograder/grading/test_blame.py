@@ -16,7 +16,6 @@ FIND = 'import gc\n(channel,) = [o for o in gc.get_objects() if type(o).__name__
 RAISES = f"class {CANARY}(Exception): pass\ndef raises(*args): raise {CANARY}('{CANARY}')\n"
 WAYS = {
     "raises": RAISES,
-    "exits": "import os\ndef raises(*args): os._exit(3)\n",
     "junk": f"def raises(*args): return ['{CANARY}']\n",
     "mute": f"{RAISES}channel._describe = raises\n",
 }

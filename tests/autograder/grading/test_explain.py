@@ -210,13 +210,3 @@ def test_exercises_are_reported_as_they_end() -> None:
     result = toy.checked(toy.answer("def double(x): return 7\n"), report=told.append)
     assert tuple(told) == result.exercises
     assert told[0].message.splitlines()[1] == "Here, double(3) returned 7; expected 6."
-
-
-@pytest.mark.parametrize("body", ["return x[[0]]", "return np.asarray(x) * np.nan", "return None"])
-def test_of_a_hidden_check_nothing_is_explained(body: str) -> None:
-    """In the hidden pass whatever student code returns or raises could hold hidden inputs."""
-    answer = f"def double(x):\n    if np.shape(x) != (5,): return 2 * np.asarray(x)\n    {body}\n"
-    double, _ = toy.graded(toy.answer(answer)).exercises
-    (random,) = [case for case in double.cases if case.name == "random"]
-    assert (random.earned, random.message) == (0, "Try negative numbers.")
-    assert random.compared is None

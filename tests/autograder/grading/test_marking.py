@@ -125,12 +125,6 @@ def test_hidden_inputs_are_drawn_from_the_batchs_seed() -> None:
     assert earned[0] == 0 < earned[1]
 
 
-def test_hidden_inputs_reach_no_message() -> None:
-    tell = "def double(x):\n    if np.shape(x) == (5,): raise ValueError(list(x))\n    return 2*x"
-    result = repr(grade(tell + "\n", seed=8))
-    assert not [text for text in toy.hidden_inputs(8) if text in result]
-
-
 def test_tests_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     loud = toy.DOUBLE_RANDOM.replace("x = rng", "import sys\nx = rng", 1).replace(
         "got =", "print(x, 'LOUD'); print('LOUD', file=sys.stderr)\ngot =", 1

@@ -84,15 +84,6 @@ def test_a_function_comes_home_as_itself(pair: Make) -> None:
     assert pair(same=lambda f: f).call("same", mine) is mine
 
 
-def test_arguments_are_copies(pair: Make) -> None:
-    def spoil(x: np.ndarray[Any, Any]) -> None:
-        x[:] = 777
-
-    given = np.zeros(3)
-    pair(spoil=spoil).call("spoil", given)
-    assert given.tolist() == [0, 0, 0]
-
-
 @pytest.mark.parametrize("error", [ValueError("why"), SystemExit(3), KeyboardInterrupt()])
 def test_whatever_a_function_raises_is_told(pair: Make, error: BaseException) -> None:
     def fail() -> None:

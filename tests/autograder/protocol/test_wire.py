@@ -138,10 +138,6 @@ def test_other_numbers_keep_their_kind() -> None:
     assert half == float(np.float16(0.1))
 
 
-def test_callables_cross_as_handles() -> None:
-    assert crossed([len, {"f": np.sin}]) == [Handle("mine", 7), {"f": Handle("mine", 7)}]
-
-
 def extension(code: int, body: bytes) -> bytes:
     return bytes(msgpack.packb(msgpack.ExtType(code, body)))
 
