@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 from robust_slam._arrays import Mask
 from robust_slam.drawing import decision_legend, draw_map, map_legend
+from robust_slam.graphs import se2
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 
 from robust_slam_course.style import figure_style
@@ -56,6 +58,16 @@ def with_wrong(
     z = np.zeros((len(np.asarray(ends)), 3)) if measured is None else measured
     spoiled = with_closures(graph, ends, z, graph.information[~graph.is_odometry][0])
     return spoiled, np.arange(len(spoiled.edges)) >= len(graph.edges)
+
+
+def agreeing(truth: Array, ends: Sequence[int], size: int) -> tuple[ArrayLike, Array]:
+    """Return wrong closures (i, j), (i + 1, j + 1), … that take pose j of ``truth`` for pose i.
+
+    They are ``size`` pairs of ends ``(size, 2)`` and what they measure ``(size, 3)``.
+    """
+    i, j = edges = np.array(ends)[:, None] + np.arange(size)
+    moved = se2.compose(truth[i[0]], se2.inverse(truth[j[0]]))
+    return edges.T, se2.between(truth[i], se2.compose(moved, truth[j]))
 
 
 def stored(name: str) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.pictures.graphs import Array, graph_data, map_still, with_wrong
+from robust_slam_course.pictures.graphs import Array, agreeing, graph_data, map_still, with_wrong
 from robust_slam_course.plots.consistency import draw_consistency
 from robust_slam_course.plots.opening import draw_opening, three_maps
 from robust_slam_course.quiz import ask
@@ -189,10 +189,7 @@ def _drive() -> tuple[PoseGraph, Array]:
 @figure_style()
 def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Figure:
     """Return the maps of least squares, switchable constraints and GNC side by side."""
-    i, j = edges = np.array(wrong)[:, None] + np.arange(_AGREEING)
-    displacement = se2.compose(truth[i[:1]], se2.inverse(truth[j[:1]]))
-    measured = se2.between(truth[i], se2.compose(displacement, truth[j]))
-    graph, is_outlier = with_wrong(correct, edges.T, measured)
+    graph, is_outlier = with_wrong(correct, *agreeing(truth, wrong, _AGREEING))
     problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
     c = chi_square_threshold(0.99, 3)
     squares = problem.initial()
