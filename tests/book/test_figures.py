@@ -12,7 +12,8 @@ from playwright.sync_api import Browser
 from tests.book import test_pages
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
-from tests.chromium import Visit, visiting
+from tests.chromium import Visit
+from tests.lib.course.contrast import contrast, luminance
 
 pytestmark = pytest.mark.browser
 
@@ -49,10 +50,9 @@ Reader = Callable[..., list[Figure]]
 
 @pytest.fixture(scope="module", params=NOTEBOOKS)
 def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
-    """A page with cells, on a phone; open while its tests run."""
-    url = (site.folder / f"{request.param}.html").as_uri()
-    with visiting(browser, url, color_scheme="light", viewport=test_pages.PHONE) as opened:
-        yield opened
+    """A page with cells, open while its tests run."""
+    with test_pages.opened(request.param, site, browser) as visit:
+        yield visit
 
 
 @pytest.fixture(scope="module")
@@ -76,17 +76,9 @@ def read(visit: Visit) -> Reader:
 
 
 @functools.cache
-def luminance(colour: str) -> float:
-    """The relative luminance of WCAG 2.1 of a colour as browsers compute it."""
-    parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def contrast(one: str, other: str) -> float:
-    """The contrast of two colours, from 1 to 21."""
-    low, high = sorted((luminance(one), luminance(other)))
-    return (high + 0.05) / (low + 0.05)
+def lightness(colour: str) -> float:
+    """The relative luminance of a colour as browsers write it."""
+    return luminance([int(part) / 255 for part in re.findall(r"\d+", colour)[:3]])
 
 
 def touching(texts: list[Figure]) -> list[tuple[object, object]]:
@@ -100,8 +92,11 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
     return found
 
 
-class TestPage(test_pages.OnAPhone):
+class TestPage(test_pages.EveryPage):
     """What holds for every page, before the figures are left alone on it."""
+
+    def test_it_offers_nothing_that_a_file_cannot_fetch(self, visit: Visit) -> None:
+        assert visit.page.locator(".rs-run").count() == 0
 
 
 class TestFigures:
@@ -127,18 +122,18 @@ class TestFigures:
             sizes = {text["said"]: text["size"] for text in figure["texts"]}  # type: ignore[attr-defined]
             assert {said: size for said, size in sizes.items() if size < SMALLEST} == {}
 
-    @pytest.mark.parametrize("theme", ["light", "dark"])
-    def test_letters_are_those_of_the_page(self, read: Reader, theme: str) -> None:
-        for figure in read(WIDE, theme):
+    @pytest.mark.parametrize(
+        ("theme", "media"), [("light", "screen"), ("dark", "screen"), ("dark", "print")]
+    )
+    def test_letters_are_those_of_the_page_and_paper_is_light(
+        self, read: Reader, theme: str, media: str
+    ) -> None:
+        for figure in read(WIDE, theme, media):
             assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}  # type: ignore[call-overload]
+            ground = "rgb(255, 255, 255)" if media == "print" else str(figure["ground"])
             for text in figure["texts"]:  # type: ignore[attr-defined]
                 assert text["font"] == figure["font"]
-                assert contrast(text["fill"], str(figure["ground"])) >= 4.5, text["said"]
-
-    def test_paper_is_light(self, read: Reader) -> None:
-        for figure in read(WIDE, "dark", "print"):
-            for text in figure["texts"]:  # type: ignore[attr-defined]
-                assert contrast(text["fill"], "rgb(255, 255, 255)") >= 4.5, text["said"]
+                assert contrast(*map(lightness, (text["fill"], ground))) >= 4.5, text["said"]
 
 
 def test_touching_words_are_found() -> None:

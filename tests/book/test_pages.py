@@ -1,18 +1,19 @@
-"""The pages in Chromium without network: they work, are whole, and no wider than a phone."""
+"""Each page in Chromium without network: it works, is whole, fits a phone and is open to all."""
 
 from __future__ import annotations
 
 import functools
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, ViewportSize
 
 from chapters._ext import look
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site, place
-from tests.book.test_accessible import OTHERS
+from tests.book.conftest import NOTEBOOKS, PAGES, Site
+from tests.book.test_accessible import assert_open_to_all
 from tests.chromium import Opener, Visit, visiting
 from tools import fonts
 
@@ -60,11 +61,14 @@ KNOBS_OUT = """[...document.querySelectorAll(".rs-picture :is(select, input, but
     > knob.closest(".rs-picture").getBoundingClientRect().right).map((knob) => knob.outerHTML)"""
 IMAGES_OUT = """[...document.images].filter(
   (image) => image.getBoundingClientRect().right > innerWidth).map((image) => image.outerHTML)"""
+OTHERS = ["404", "genindex", "py-modindex", "search"]
+"""Pages that Sphinx adds."""
 FROM_OTHERS = set("✗∘ᵀ⁻⪰\u2060")
 """Rare signs that the packaged font does not have either, and one that is never drawn."""
 
 
 PHONE: ViewportSize = {"width": 390, "height": 800}
+DESK: ViewportSize = {"width": 1280, "height": 720}
 
 
 @functools.cache
@@ -83,24 +87,25 @@ def some_of(widths: list[int], page: str) -> list[int]:
     return [widths[0], *widths[1 + sum(page.encode()) % 3 :: 3]]
 
 
-def opened(way: str, pages: list[str]) -> pytest.MarkDecorator:
-    """Open each of these pages once, while its tests run."""
-    return pytest.mark.parametrize(
-        "visit", [(page, way) for page in pages], indirect=True, ids=pages, scope="module"
-    )
+@contextmanager
+def opened(page: str, site: Site, browser: Browser) -> Iterator[Visit]:
+    """Open a page from the disk, on a phone, where nothing fades or glides."""
+    url = (site.folder / f"{page}.html").as_uri()
+    calm = {"color_scheme": "light", "reduced_motion": "reduce"}
+    with visiting(browser, url, viewport=PHONE, **calm) as visit:
+        yield visit
 
 
-@pytest.fixture(scope="module")
-def visit(
-    request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
-) -> Iterator[Visit]:
-    """A page, on a desk from a server and on a phone from the disk."""
-    options = {"viewport": PHONE} if request.param[1] == "file" else {}
-    with visiting(browser, place(site, address, *request.param), **options) as opened:
-        yield opened
+@pytest.fixture(
+    scope="module", params=[*(page for page in PAGES if page not in NOTEBOOKS), *OTHERS]
+)
+def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
+    """A page without cells, open while its tests run."""
+    with opened(request.param, site, browser) as visit:
+        yield visit
 
 
-class Page:
+class EveryPage:
     """What holds for every page."""
 
     def test_nothing_fails_and_nothing_asks_for_the_network(self, visit: Visit) -> None:
@@ -118,15 +123,6 @@ class Page:
         )
         assert visit.page.evaluate(broken) == []
 
-
-@opened("http", [page for page in PAGES if page not in CHAPTERS][::4])
-class TestOnADesk(Page):
-    """Some from a server; the chapters are looked at from there, too, by other tests."""
-
-
-class OnAPhone(Page):
-    """What holds for every page on a phone, from the disk."""
-
     def test_it_is_no_wider_than_the_window(self, visit: Visit) -> None:
         page = visit.page
         for script in (TOO_WIDE, IMAGES_OUT, KNOBS_OUT, CUT_FORMULAS, LONELY_PUNCTUATION):
@@ -137,8 +133,6 @@ class OnAPhone(Page):
     ) -> None:
         """Of some widths, and with ``--soak`` of each."""
         page = visit.page
-        # The side bar would still glide from one width to its place at the next.
-        page.emulate_media(reduced_motion="reduce")
         page.evaluate("document.querySelectorAll('details').forEach(box => { box.open = true; })")
         wider = {}
         widths = narrowest((site.folder / "_static" / look.STYLE).read_text("utf-8"))
@@ -148,31 +142,26 @@ class OnAPhone(Page):
             wider[width] = page.evaluate(TOO_WIDE)
         assert not any(wider.values()), wider
 
-
-@opened("file", [*(page for page in PAGES if page not in NOTEBOOKS), *OTHERS])
-class TestOnAPhone(OnAPhone):
-    """Those and the pages that Sphinx adds; the notebooks are opened with their figures."""
-
-
-def test_what_is_too_wide_is_found(site: Site, open_page: Opener) -> None:
-    page = open_page((site.folder / "chapters" / "03-irls.html").as_uri()).page
-    page.set_viewport_size({"width": 390, "height": 800})
-    page.add_style_tag(content="article h1 { width: 500px }")
-    assert "the page" in page.evaluate(TOO_WIDE)
+    def test_on_a_desk_it_is_open_to_all(self, visit: Visit) -> None:
+        visit.page.set_viewport_size(DESK)
+        assert_open_to_all(visit.page)
 
 
-def test_paper_is_white(site: Site, open_page: Opener) -> None:
+class TestPage(EveryPage):
+    """The notebooks are opened with their figures."""
+
+
+def test_what_is_too_wide_is_found_and_paper_is_white(site: Site, open_page: Opener) -> None:
     address = (site.folder / "chapters" / "03-irls.html").as_uri()
-    page = open_page(address, color_scheme="dark").page
+    page = open_page(address, color_scheme="dark", viewport=PHONE).page
     theme = "document.documentElement.dataset.theme"
     page.evaluate(f"addEventListener('beforeprint', () => {{ window.printed = {theme}; }})")
     before = page.evaluate(theme)
     page.pdf()
-    assert (before, page.evaluate("window.printed"), page.evaluate(theme)) == (
-        "dark",
-        "light",
-        "dark",
-    )
+    themes = (before, page.evaluate("window.printed"), page.evaluate(theme))
+    assert themes == ("dark", "light", "dark")
+    page.add_style_tag(content="article h1 { width: 500px }")
+    assert "the page" in page.evaluate(TOO_WIDE)
 
 
 def test_the_watch_sees_what_it_looks_for(tmp_path: Path, open_page: Opener) -> None:

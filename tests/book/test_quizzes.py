@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, Site, place
 from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
-from tests.chromium import Opener, Visit, visiting
+from tests.chromium import Opener, visiting
 
 pytestmark = pytest.mark.browser
 
@@ -58,17 +58,15 @@ def ticks(page: Page) -> list[str]:
     return page.locator(".bd-links a:has(.rs-done)").all_inner_texts()
 
 
-@pytest.fixture(scope="module", params=[ONE, OTHER])
-def chapter(
-    request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
-) -> Iterator[Visit]:
-    """A chapter, open while its tests run."""
-    with visiting(browser, place(site, address, request.param, "file")) as opened:
-        yield opened
+@pytest.fixture(scope="module")
+def page(site: Site, browser: Browser) -> Iterator[Page]:
+    """A chapter, open while its quiz is answered in several ways."""
+    url = (site.folder / f"{ONE}.html").as_uri()
+    with visiting(browser, url, color_scheme="light") as visit:
+        yield visit.page
 
 
-def test_every_option_answers_when_it_is_chosen(chapter: Visit) -> None:
-    page = chapter.page
+def test_every_option_answers_when_it_is_chosen(page: Page) -> None:
     asked = page.evaluate(CHOOSE_ALL)
     assert len(asked) > 1
     for before, options in asked:
@@ -76,11 +74,43 @@ def test_every_option_answers_when_it_is_chosen(chapter: Visit) -> None:
         for answer, shown in options:
             assert shown == [answer] and VERDICT.match(answer)
     assert chosen(page) == len(asked)
-    option = questions(page)[0].locator(".rs-option").first
-    option.locator("label").click()
-    expect(option.locator("p")).to_be_visible()
     aligned = "all => [...new Set(all.map((answer) => getComputedStyle(answer).textAlign))]"
     assert page.locator(".rs-quiz p").evaluate_all(aligned) == ["start"]
+
+
+def test_it_is_answered_by_mouse_and_keyboard_and_enter_leaves_it_there(page: Page) -> None:
+    before, question = page.url, questions(page)[0]
+    question.locator("label").nth(1).click()
+    expect(question.locator("p").nth(1)).to_be_visible()
+    question.locator("input").first.press("Space")
+    expect(question.locator("p").nth(0)).to_be_visible()
+    page.keyboard.press("ArrowDown")
+    expect(question.locator("p").nth(0)).to_be_hidden()
+    expect(question.locator("p").nth(1)).to_be_visible()
+    page.keyboard.press("Enter")
+    expect(question.locator("p").nth(1)).to_be_visible()
+    assert page.url == before
+
+
+def test_on_paper_nothing_is_answered(page: Page) -> None:
+    seen = page.locator(".rs-quiz :is(p, button):visible")
+    assert seen.count() > 1
+    page.emulate_media(media="print")
+    expect(seen).to_have_count(0)
+    expect(questions(page)[0].locator("label").first).to_be_visible()
+    page.emulate_media(media="screen")
+
+
+def test_answers_are_open_to_all(page: Page) -> None:
+    leave_alone(page, ".rs-quiz")
+    for question in questions(page):
+        choose(question, "right")
+    choose(questions(page)[0], "wrong")
+    for options, theme in (("", "0"), (COLOURS, DARK)):
+        page.evaluate(theme)
+        page.evaluate(STILL)
+        places = {place for _, place in complaints(page, options)}
+        assert not [place for place in places if "rs-" in place or "input" in place]
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
@@ -101,32 +131,6 @@ def test_without_scripts_every_option_answers(site: Site, open_page: Opener) -> 
             expect(question.locator("p:visible")).to_have_count(1)
             expect(question.locator("p:visible")).to_contain_text(verdict)
     assert page.locator(".rs-forget").count() == 0
-
-
-def test_it_is_answered_by_keyboard_and_enter_leaves_it_there(
-    site: Site, open_page: Opener
-) -> None:
-    page = open_page((site.folder / f"{ONE}.html").as_uri()).page
-    before = page.url
-    question = questions(page)[0]
-    question.locator("input").first.press("Space")
-    expect(question.locator("p").nth(0)).to_be_visible()
-    page.keyboard.press("ArrowDown")
-    expect(question.locator("p").nth(0)).to_be_hidden()
-    expect(question.locator("p").nth(1)).to_be_visible()
-    page.keyboard.press("Enter")
-    expect(question.locator("p").nth(1)).to_be_visible()
-    assert page.url == before
-
-
-def test_on_paper_nothing_is_answered(site: Site, open_page: Opener) -> None:
-    page = open_page((site.folder / f"{ONE}.html").as_uri()).page
-    choose(questions(page)[0], "right")
-    seen = page.locator(".rs-quiz :is(p, button):visible")
-    assert seen.count() > 1
-    page.emulate_media(media="print")
-    expect(seen).to_have_count(0)
-    expect(questions(page)[0].locator("label").first).to_be_visible()
 
 
 def test_choices_and_the_tick_last_until_they_are_forgotten(
@@ -185,29 +189,3 @@ def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(
     page.wait_for_function(f"{KEPT} !== {json.dumps(kept)}")
     page.reload()
     expect(answer).to_have_count(0)
-
-
-def test_a_browser_that_keeps_nothing_still_answers(
-    site: Site, address: str, browser: Browser
-) -> None:
-    with visiting(browser, "about:blank") as visit:
-        page = visit.page
-        page.add_init_script(REFUSED)
-        page.goto(place(site, address, ONE, "http"))
-        choose(questions(page)[0], "right")
-        expect(questions(page)[0].locator("p:visible")).to_contain_text("✓ Right.")
-        assert page.locator(".rs-forget").count() == 0
-        assert not [said for said in visit.complaints if "bundle.js" in said]
-
-
-def test_answers_are_open_to_all(site: Site, open_page: Opener) -> None:
-    page = open_page((site.folder / f"{ONE}.html").as_uri(), color_scheme="light").page
-    leave_alone(page, ".rs-quiz")
-    for question in questions(page):
-        choose(question, "right")
-    choose(questions(page)[0], "wrong")
-    for options, theme in (("", "0"), (COLOURS, DARK)):
-        page.evaluate(theme)
-        page.evaluate(STILL)
-        places = {place for _, place in complaints(page, options)}
-        assert not [place for place in places if "rs-" in place or "input" in place]
