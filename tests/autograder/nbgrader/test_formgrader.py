@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, FrameLocator, Page, expect
+from robust_slam_autograder import cli
 from robust_slam_autograder.grading import journal
+from robust_slam_autograder.publishing.student_release import release
 
 from tests import jupyterlab, kernel
 from tests.autograder import toy
@@ -43,11 +45,11 @@ def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
     toy.make_tree(course)
     (course / "autograder").mkdir()
     shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", course / "autograder")
-    assert course_of.autograder(course, "release", toy.NAME).returncode == 0
+    release(course / "solutions", [], course / "build" / "release")
     paths = [course_of.hand_in(course, student, value) for student, value in STUDENTS.items()]
-    where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
-    done = course_of.autograder(course, "grade", *paths, *where)
-    assert done.returncode == 0, done.stderr
+    where = ("--out", course / "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
+    command = ("--solutions", course / "solutions", "grade", *paths, *where)
+    assert cli.main([*map(str, command)]) == 0
     journal.open_journal(course / "class" / "graded", course_of.SEED)
     return Class(course, course / "alone")
 
