@@ -67,12 +67,6 @@ def cases(folder: Path, student: str) -> Iterator[tuple[str, dict[str, Any]]]:
             yield f"{exercise['name']}-{case['name']}", case
 
 
-def test_all_names_are_plainly_made_up() -> None:
-    assert (
-        sorted({*SHOWN, *(student for class_ in TABLE.values() for student in class_)}) == STUDENTS
-    )
-
-
 def test_there_is_feedback_of_the_two_who_wrote_their_own_and_of_no_other(
     pages: Mapping[str, str],
 ) -> None:

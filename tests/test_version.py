@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from datetime import date
 from pathlib import Path
@@ -21,10 +20,6 @@ def course(tmp_path: Path) -> Path:
     new = f"{version.UNRELEASED}\n- A change.\n"
     changes.write_text(changes.read_text("utf-8").replace(version.UNRELEASED, new), "utf-8")
     return tmp_path
-
-
-def test_all_files_name_one_version() -> None:
-    assert re.fullmatch(r"\d+\.\d+\.\d+", version.current())
 
 
 def test_a_release_raises_it_everywhere(course: Path) -> None:
