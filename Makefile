@@ -46,7 +46,7 @@ PARTS := build/.parts$(shell $(find-parts))
 # forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
 PIN := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
-BENCHES := speed growth
+BENCHES := speed graduated growth
 
 help: ## say what there is
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -135,7 +135,7 @@ cards: setup-dev ## make flash cards of the symbols and the cheat sheet, build/c
 data: setup ## download the nine public pose graphs, 8 MB
 	$(BIN)/python -m robust_slam.graphs.datasets
 
-bench: setup-dev ## both sides in one run: our descent and GTSAM's; and how its cost grows
+bench: setup-dev ## both sides in one run: our descent and GNC and GTSAM's; and how the cost grows
 	@failed=0; for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name || failed=1; done; \
 	exit $$failed
 

@@ -28,7 +28,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from statistics import median
@@ -144,7 +144,12 @@ def gauss_newton_figure(name: str) -> str:
     graph = load(name)
     guess = start.chordal(graph)
     steps = steps_needed(graph, guess)
-    mine = our_sides(graph, guess, steps)
+    mine = our_sides(
+        lambda: PoseGraphProblem(graph, guess, steps=steps).solve(
+            np.ones(len(graph.edges)), guess
+        ),
+        partial(pose_graph.cost, graph),
+    )
     spent = in_turns([*mine, *(_gtsam_side(graph, guess, steps, each) for each in ORDERINGS)])
     costs = [each.answer for each in spent.values()]
     if max(costs) - min(costs) > AGREE * min(costs):
@@ -171,17 +176,11 @@ def steps_needed(graph: PoseGraph, guess: Array) -> int:
     return steps
 
 
-def our_sides(graph: PoseGraph, guess: Array, steps: int) -> list[Side]:
+def our_sides(run: Callable[[], Any], read: Callable[[Any], Any]) -> list[Side]:
     """Return a side for each way that there is: ``numpy``, and ``compiled`` with numba."""
-
-    def run() -> Array:
-        ones = np.ones(len(graph.edges))
-        return PoseGraphProblem(graph, guess, steps=steps).solve(ones, guess)
-
     if has_numba():
         use_kernels()
-    ways = list(EDGES) if has_numba() else ["numpy"]
-    return [Side(way, by(way, run), partial(pose_graph.cost, graph)) for way in ways]
+    return [Side(way, by(way, run), read) for way in (EDGES if has_numba() else ["numpy"])]
 
 
 def _gtsam_side(graph: PoseGraph, guess: Array, steps: int, ordering: str) -> Side:
@@ -242,19 +241,19 @@ FIGURES: dict[str, Callable[[], str]] = {
 }
 
 
-def main() -> int:
-    """Measure; return 0, or 1 where a figure could not be had."""
+def show(figures: Mapping[str, Callable[[], str]], about: str | None) -> int:
+    """Print the figures that the command line asks for; return 1 where one could not be had."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    known = [*FIGURES, "gn"]
+    known = sorted({*figures, *(name.partition("/")[0] for name in figures)})
     parser.add_argument("--only", nargs="+", default=known, choices=known, metavar="NAME")
     only = parser.parse_args().only
-    names = [name for name in FIGURES if {name, name.partition("/")[0]}.intersection(only)]
+    names = [name for name in figures if {name, name.partition("/")[0]}.intersection(only)]
     missing = 0
     for name in tqdm(names, unit="figure"):
         try:
-            told = FIGURES[name]()
+            told = figures[name]()
         except (RuntimeError, DatasetMissing) as error:
             told, missing = f"none for {name}: {error}", missing + 1
         tqdm.write(told)
@@ -263,4 +262,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(show(FIGURES, __doc__))

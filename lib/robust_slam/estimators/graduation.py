@@ -15,7 +15,7 @@ untrusted measurements alone, and each solve starts from the last.
 
 The papers update μ by one constant factor. Where steps hardly change any residual, an
 *adaptive* rule takes two or three at once (``strides``), which can end in a slightly worse
-minimum: on M3500 with a part of its closures spoiled, of a cost up to 0.4 % higher.
+local minimum.
 
 Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception", (12),
 (14) and Remark 5; Black and Rangarajan 1996 for the outlier processes.
