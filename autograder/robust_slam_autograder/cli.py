@@ -75,7 +75,10 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     for command in COMMANDS:
-        command.add(commands)
+        name = command.__name__.rpartition(".")[2].replace("_", "-")
+        own = commands.add_parser(name, help=str(command.__doc__).partition(": ")[2].rstrip("."))
+        command.add(own)
+        own.set_defaults(run=command.run)
     return parser
 
 

@@ -1,7 +1,8 @@
 """The commands of ``autograder``, one module each.
 
-A command's module has ``add``, which declares its arguments and names the function
-that runs it. A new command is a new module and its name in ``COMMANDS``.
+A command's module says in its first line what it does, which is its help too. It has ``add``,
+which declares its arguments, and ``run``. A new command is a new module and its name in
+``COMMANDS``.
 """
 
 from __future__ import annotations

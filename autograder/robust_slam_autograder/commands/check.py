@@ -1,19 +1,17 @@
-"""``autograder check``: a student runs the visible tests of a notebook."""
+"""``autograder check``: run the visible tests of your own notebook."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import self_check
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.reports import summary
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("check", help="run the visible tests of your own notebook")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("notebook", type=Path, metavar="NOTEBOOK")
     parser.add_argument(
         "--release", type=Path, metavar="DIR", help="take the tests from the release in DIR"
@@ -28,7 +26,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
         choices=range(4),
         help="how many hints for what does not pass: where to look, what to compute, the idea",
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

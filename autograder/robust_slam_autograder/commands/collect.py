@@ -1,4 +1,4 @@
-"""``autograder collect``: the zip that Canvas or Moodle hands out becomes a class's folders."""
+"""``autograder collect``: take in the zip of submissions of Canvas or Moodle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
@@ -20,11 +20,8 @@ if TYPE_CHECKING:
     from robust_slam_autograder.lms.downloads import Archive, LeftOut, Notebook
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser(
-        "collect", help="take in the zip of submissions of Canvas or Moodle"
-    )
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("zip", type=Path, metavar="ZIP", help="as the system hands it out")
     places.add(parser, *places.ROSTER, "--submitted")
     parser.add_argument(
@@ -37,7 +34,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
         action="store_true",
         help="put a notebook in the place of another one that was handed in before",
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

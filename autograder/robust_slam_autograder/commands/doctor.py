@@ -1,4 +1,4 @@
-"""``autograder doctor``: which sandboxes work here, and what they count and show."""
+"""``autograder doctor``: say which sandboxes work on this machine."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import os
 import platform
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import places
@@ -24,11 +23,9 @@ RESTRICTIONS = {
 """Settings of the kernel that keep ordinary users from namespaces, and what would let them."""
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("doctor", help="say which sandboxes work on this machine")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     places.add(parser, "--submitted", "--out")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""``autograder export``: the gradebook's marks as a file that Canvas or Moodle imports."""
+"""``autograder export``: write marks for Canvas or Moodle."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import functools
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
@@ -22,9 +22,8 @@ if TYPE_CHECKING:
 _PRIVATE = 0o600
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("export", help="write marks for Canvas or Moodle")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     places.add(parser, "names", "--submitted", "--out", "--gradebook", *places.ROSTER)
     parser.add_argument(
         "--column",
@@ -43,7 +42,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--to", type=Path, metavar="FILE", help="default: class/canvas.csv, class/moodle.csv"
     )
-    parser.set_defaults(run=run)
 
 
 def _pair(text: str) -> tuple[str, str]:

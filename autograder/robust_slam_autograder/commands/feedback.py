@@ -1,4 +1,4 @@
-"""``autograder feedback``: a page per submission for its student."""
+"""``autograder feedback``: make a page per submission for its student."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
@@ -19,9 +18,8 @@ from robust_slam_autograder.reports import feedback
 _SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]*:")
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("feedback", help="make a page per submission for its student")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("students", nargs="*", metavar="STUDENT", help="all where none")
     places.add(parser, "--out", "--gradebook", "--notice")
     parser.add_argument("--to", type=Path, default=layout.FEEDBACK, metavar="DIR")
@@ -32,7 +30,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
         metavar="URL",
         help="the built book's address, or its path from a page; else chapters are named only",
     )
-    parser.set_defaults(run=run)
 
 
 def _site(text: str) -> str:

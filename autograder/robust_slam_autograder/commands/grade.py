@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
@@ -38,9 +38,8 @@ if TYPE_CHECKING:
 STANDARD_OUTPUT = "-"
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("grade", help="grade submissions, hidden tests included")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH")
     parser.add_argument("--assignment", metavar="NAME")
     parser.add_argument("--student", metavar="NAME")
@@ -54,7 +53,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--no-names", action="store_true", help="leave students out of all that is shown"
     )
-    parser.set_defaults(run=run)
 
 
 def add_how(parser: argparse.ArgumentParser) -> None:

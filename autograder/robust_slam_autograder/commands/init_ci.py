@@ -1,11 +1,10 @@
-"""``autograder init-ci``: files that have GitHub, GitLab or Gradescope check and grade."""
+"""``autograder init-ci``: write files for GitHub, GitLab or Gradescope."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.ci import workflows
@@ -19,9 +18,8 @@ GRADESCOPE = "gradescope"
 TARGETS = (*workflows.WORKFLOWS, GRADESCOPE)
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("init-ci", help="write files for GitHub, GitLab or Gradescope")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("target", choices=TARGETS, metavar="TARGET", help=", ".join(TARGETS))
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help=f"assignments, for {GRADESCOPE}; all where none"
@@ -41,7 +39,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     )
     places.add(parser, "--misconceptions")
     parser.add_argument("--force", action="store_true", help="replace files that are there")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

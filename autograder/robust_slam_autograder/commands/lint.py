@@ -1,4 +1,4 @@
-"""``autograder lint``: look at an instructor's assignments for weak or unfair tests."""
+"""``autograder lint``: look at the instructor's tests for weak ones."""
 
 from __future__ import annotations
 
@@ -6,21 +6,18 @@ import argparse
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
 
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.lint import RULES, Finding, lint
 from robust_slam_autograder.reading import assignment as assignments
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("lint", help="look at the instructor's tests for weak ones")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     places.add(parser, "names", "--answers")
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--json", action="store_true", help="the findings as JSON")
     parser.add_argument("--rules", action="store_true", help="say the rules, and do nothing else")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,10 +1,9 @@
-"""``autograder mark``: points that an instructor adds or takes by hand, with the reason."""
+"""``autograder mark``: add or take points by hand, with the reason."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
@@ -13,9 +12,8 @@ from robust_slam_autograder.markup import one_line
 from robust_slam_autograder.reading import assignment as assignments
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("mark", help="add or take points by hand, with the reason")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("student", metavar="STUDENT")
     parser.add_argument("assignment", metavar="ASSIGNMENT")
     parser.add_argument("exercise", metavar="EXERCISE")
@@ -30,7 +28,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
         "--reason", default="", metavar="TEXT", help="one sentence, which the student reads"
     )
     places.add(parser, "--out", "--gradebook")
-    parser.set_defaults(run=run)
 
 
 def _points(text: str) -> float:

@@ -1,11 +1,10 @@
-"""``autograder misconceptions``: find out how answers can be wrong, so that grading names it."""
+"""``autograder misconceptions``: find out how answers can be wrong, to name it."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
@@ -22,15 +21,10 @@ SEED = 1
 """Of the hidden inputs on which ways to be wrong are told apart; any will do."""
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser(
-        "misconceptions",
-        help="find out how answers can be wrong, to name it",
-    )
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     places.add(parser, "names", "--answers")
     parser.add_argument("--to", type=Path, default=layout.MISCONCEPTIONS, metavar="DIR")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,17 +1,14 @@
-"""``autograder public``: the course without what its instructor keeps."""
+"""``autograder public``: write the course as the public may have it."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("public", help="write the course as the public may have it")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("--out", type=Path, default=Path("build/public"), metavar="DIR")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

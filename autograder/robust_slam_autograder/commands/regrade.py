@@ -1,11 +1,11 @@
-"""``autograder regrade``: how changed tests change the marks that were given."""
+"""``autograder regrade``: show what changed tests do to marks."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import grade, places
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from robust_slam_autograder.reports.changes import Regrade
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("regrade", help="show what changed tests do to marks")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument("assignment", metavar="ASSIGNMENT")
     parser.add_argument(
         "--apply", action="store_true", help="put the new marks into results and gradebook"
@@ -35,7 +34,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
         metavar="FILE",
         help="also write the changes as JSON; - or nothing is standard output",
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

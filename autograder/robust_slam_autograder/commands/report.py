@@ -1,4 +1,4 @@
-"""``autograder report``: for the instructor, pages of assignments and students, and an index."""
+"""``autograder report``: make a page per assignment for the instructor."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from robust_slam_autograder import layout
@@ -28,9 +27,8 @@ from robust_slam_autograder.reports.similar import Alike
 INDEX = "index.html"
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("report", help="make a page per assignment for the instructor")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument(
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
@@ -58,7 +56,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--no-names", action="store_true", help="leave students and their own words out"
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

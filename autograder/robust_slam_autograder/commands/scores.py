@@ -1,4 +1,4 @@
-"""``autograder scores``: a class's scores of a game, replayed, as a table."""
+"""``autograder scores``: replay a class's scores of a game, as a table."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
@@ -26,9 +25,8 @@ _REPLAYED = (0, 1)
 """Exit codes of a command that has printed its line."""
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("scores", help="replay a class's scores of a game, as a table")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     parser.add_argument(
         "scores",
         type=Path,
@@ -44,7 +42,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     )
     parser.add_argument("--no-names", action="store_true", help="leave the students out")
     parser.add_argument("--to", type=Path, default=layout.CLASS / "scores.csv", metavar="FILE")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

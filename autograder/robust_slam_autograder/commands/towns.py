@@ -1,10 +1,10 @@
-"""``autograder towns``: a number for each student, from which their own data are drawn."""
+"""``autograder towns``: give each student a number for data of their own."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
@@ -19,14 +19,12 @@ if TYPE_CHECKING:
 _PRIVATE = 0o600
 
 
-def add(commands: Any) -> None:  # noqa: ANN401
-    """Declare the command."""
-    parser = commands.add_parser("towns", help="give each student a number for data of their own")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
     places.add(parser, "--out", *places.ROSTER)
     parser.add_argument(
         "--to", type=Path, metavar="FILE", help="default: class/towns-canvas.csv, or -moodle.csv"
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
