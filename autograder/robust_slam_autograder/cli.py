@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from robust_slam_autograder.commands import COMMANDS
+from robust_slam_autograder.commands import declare
 from robust_slam_autograder.errors import AutograderError, WrongUse
 from robust_slam_autograder.markup import log_line
 
@@ -72,13 +72,7 @@ def _parser() -> argparse.ArgumentParser:
         help="the instructor's source tree",
     )
     parser.add_argument("--version", action="version", version=f"autograder {_version()}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-
-    for command in COMMANDS:
-        name = command.__name__.rpartition(".")[2].replace("_", "-")
-        own = commands.add_parser(name, help=str(command.__doc__).partition(": ")[2].rstrip("."))
-        command.add(own)
-        own.set_defaults(run=command.run)
+    declare(parser.add_subparsers(required=True, metavar="COMMAND"))
     return parser
 
 

@@ -6,7 +6,7 @@ import argparse
 import re
 from pathlib import Path
 
-from robust_slam_autograder.commands import COMMANDS
+from robust_slam_autograder.commands import declare
 
 README = Path(__file__).resolve().parents[2] / "autograder" / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -15,8 +15,7 @@ TEXT = README.read_text(encoding="utf-8")
 def declared() -> set[str]:
     """The commands' names."""
     commands = argparse.ArgumentParser().add_subparsers()
-    for command in COMMANDS:
-        command.add(commands)
+    declare(commands)
     return set(commands.choices)
 
 

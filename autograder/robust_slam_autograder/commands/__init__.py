@@ -7,6 +7,8 @@ which declares its arguments, and ``run``. A new command is a new module and its
 
 from __future__ import annotations
 
+from typing import Any
+
 from robust_slam_autograder.commands import (
     check,
     collect,
@@ -44,3 +46,12 @@ COMMANDS = (
     public,
     init_ci,
 )
+
+
+def declare(parsers: Any) -> None:  # noqa: ANN401
+    """Declare the commands below ``argparse``'s parser of subcommands."""
+    for command in COMMANDS:
+        name = command.__name__.rpartition(".")[2].replace("_", "-")
+        parser = parsers.add_parser(name, help=str(command.__doc__).partition(": ")[2].rstrip("."))
+        command.add(parser)
+        parser.set_defaults(run=command.run)
