@@ -42,6 +42,7 @@ SCRIPTS = (
     "copybutton.js",
     "scripts/sphinx-book-theme.js",
     "togglebutton.js",
+    "element.js",
     "print.js",
     "progress.js",
     "search.js",

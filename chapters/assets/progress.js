@@ -100,14 +100,8 @@
   function tick(link, isDone, words) {
     link.querySelector(".rs-done")?.remove();
     if (!isDone) return;
-    const [done, sign] = [document.createElement("span"), document.createElement("span")];
-    done.className = "rs-done";
-    sign.setAttribute("role", "img");
-    sign.setAttribute("aria-label", words);
-    sign.title = words;
-    sign.textContent = "✓";
-    done.append("\u00a0", sign);
-    link.append(done);
+    const sign = element("span", {role: "img", ariaLabel: words, title: words}, "✓");
+    link.append(element("span", {className: "rs-done"}, "\u00a0", sign));
   }
 
   // A page is read when its end is in view; until then the place is its last heading above.
@@ -115,7 +109,7 @@
     const article = document.querySelector("article");
     const entry = chapters.find(({name}) => name === page);
     if (!article || !entry || place) return;
-    const end = document.createElement("span");
+    const end = element("span");
     article.append(end);
     new IntersectionObserver(([{isIntersecting}]) => {
       if (isIntersecting) change((kept) => { kept.read[page] = true; });
@@ -142,50 +136,34 @@
     const rows = numbered.map(({link, title, name}) => {
       const done = Object.entries(assignments[name.split("/")[1]] ?? {});
       const answers = Object.keys(quizzes[name]?.choices ?? {}).length;
-      return row("td", [
-        anchor(link.href, title),
+      return row("td", {}, [
+        element("a", {href: link.href}, title),
         pages[name] ? "read" : "",
         quizzes[name]?.done ? "all right" : answers ? `${answers} answered` : "",
         done.filter(([, is]) => is).map(([what]) => what).join(", "),
       ]);
     });
-    const table = document.createElement("table");
-    table.className = "table";
-    table.append(row("th", ["chapter", "text", "quiz", "assignment"]), ...rows);
+    const heads = row("th", {scope: "col"}, ["chapter", "text", "quiz", "assignment"]);
     const found = chapters.find(({name}) => name === last?.page);
-    const line = document.createElement("p");
-    if (found) line.append("You were last at ", anchor(`${found.link.href}#${last.id}`, found.title), ".");
+    const line = element("p");
+    if (found) {
+      const href = `${found.link.href}#${last.id}`;
+      line.append("You were last at ", element("a", {href}, found.title), ".");
+    }
     place.querySelector(".rs-all")?.remove();
-    const all = document.createElement("div");
-    all.className = "rs-all";
-    all.append(line, table);
-    place.prepend(all);
+    const table = element("table", {className: "table"}, heads, ...rows);
+    place.prepend(element("div", {className: "rs-all"}, line, table));
     place.hidden = false;
   }
 
-  function row(kind, cells) {
-    const made = document.createElement("tr");
-    for (const content of cells) {
-      const cell = document.createElement(kind);
-      if (kind === "th") cell.scope = "col";
-      cell.append(content);
-      made.append(cell);
-    }
-    return made;
-  }
-
-  function anchor(href, text) {
-    const made = document.createElement("a");
-    made.href = href;
-    made.textContent = text;
-    return made;
+  function row(kind, properties, cells) {
+    return element("tr", {}, ...cells.map((content) => element(kind, properties, content)));
   }
 
   function save() {
-    const link = anchor(URL.createObjectURL(new Blob([JSON.stringify(read(), null, 1)])), "");
-    link.download = `${KEY}.json`;
-    link.click();
-    URL.revokeObjectURL(link.href);
+    const href = URL.createObjectURL(new Blob([JSON.stringify(read(), null, 1)]));
+    element("a", {href, download: `${KEY}.json`}).click();
+    URL.revokeObjectURL(href);
   }
 
   // What the file has is added to what is kept here, and counts more.
@@ -207,10 +185,7 @@
   function offerAFile() {
     const line = forgetting();
     const [button, said] = line.children;
-    const input = document.createElement("input");
-    input.type = "file";
-    input.accept = ".json";
-    input.hidden = true;
+    const input = element("input", {type: "file", accept: ".json", hidden: true});
     input.addEventListener("change", async () => {
       said.textContent = await load(input.files[0]);
       input.value = "";
@@ -232,12 +207,8 @@
   }
 
   function forgetting() {
-    const line = document.createElement("p");
-    const said = document.createElement("span");
-    line.className = "rs-forget";
-    said.setAttribute("role", "status");
-    said.textContent = "Your answers to the quizzes of all chapters, what you have read, and which"
-      + " assignments you have opened and downloaded, are kept in this browser and are sent nowhere.";
+    const said = element("span", {role: "status"}, "Your answers to the quizzes of all chapters, what you have read, and which"
+      + " assignments you have opened and downloaded, are kept in this browser and are sent nowhere.");
     const button = pressable("Forget my progress", () => {
       localStorage.removeItem(KEY);
       forgotten = true;
@@ -245,14 +216,11 @@
       said.textContent = "Your answers are forgotten, what you have read, opened and downloaded."
         + " Notebooks of assignments stay in the browser.";
     });
-    line.append(button, " ", said);
-    return line;
+    return element("p", {className: "rs-forget"}, button, " ", said);
   }
 
   function pressable(name, does) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = name;
+    const button = element("button", {type: "button"}, name);
     button.addEventListener("click", does);
     return button;
   }

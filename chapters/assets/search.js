@@ -24,25 +24,19 @@
     return marked.some((word) => begins.some((begin) => word.includes(begin)));
   }
 
-  function make(name, attributes = {}, ...children) {
-    const made = Object.assign(document.createElement(name), attributes);
-    made.append(...children);
-    return made;
-  }
-
   /** A link and the text around what was found there, whose words Pagefind has marked. */
   function found({ title, url, excerpt }) {
-    const text = make("p", { className: "context" });
+    const text = element("p", { className: "context" });
     text.innerHTML = excerpt;
-    return [make("a", { href: url }, title), text];
+    return [element("a", { href: url }, title), text];
   }
 
   function pageFound({ url, meta, excerpt, sub_results: sections }) {
     const own = sections.filter((section) => section.url.includes("#")).slice(0, SECTIONS);
-    const item = make("li", {}, ...found({ title: meta.title, url, excerpt }));
+    const item = element("li", {}, ...found({ title: meta.title, url, excerpt }));
     if (own.length) {
       item.lastChild.remove();
-      item.append(make("ul", {}, ...own.map((section) => make("li", {}, ...found(section)))));
+      item.append(element("ul", {}, ...own.map((section) => element("li", {}, ...found(section)))));
     }
     return item;
   }
@@ -55,9 +49,9 @@
   }
 
   async function showResults(place) {
-    const status = make("p", { role: "status" }, "Searching …");
-    const list = make("ul", { className: "search" });
-    const more = make("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
+    const status = element("p", { role: "status" }, "Searching …");
+    const list = element("ul", { className: "search" });
+    const more = element("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
     place.replaceChildren(status, list, more);
     const { results } = await (await load()).search(query);
     const count = `${results.length} ${results.length === 1 ? "page has" : "pages have"}`;
@@ -81,9 +75,9 @@
   /** Lists in the dialog what is found, at each pause of the typing. */
   function showWhileTyping(dialog) {
     const input = dialog.querySelector("input[name=q]");
-    const status = make("p", { role: "status" });
-    const list = make("ul", { className: "search" });
-    dialog.append(make("div", { className: "rs-found" }, status, list));
+    const status = element("p", { role: "status" });
+    const list = element("ul", { className: "search" });
+    dialog.append(element("div", { className: "rs-found" }, status, list));
     let last = "";
     input.addEventListener("input", async () => {
       const words = last = input.value.trim();
@@ -101,7 +95,7 @@
   }
 
   function loadInOrder(names) {
-    for (const src of names) document.head.append(make("script", { src, async: false }));
+    for (const src of names) document.head.append(element("script", { src, async: false }));
   }
 
   const place = document.querySelector("#search-results");

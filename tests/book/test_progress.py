@@ -17,7 +17,8 @@ from tests.conftest import leave_out
 
 pytestmark = pytest.mark.browser
 
-SCRIPT = (ROOT / "chapters" / "assets" / "progress.js").read_text("utf-8")
+ASSETS = ROOT / "chapters" / "assets"
+SCRIPT = "".join((ASSETS / f"{name}.js").read_text("utf-8") for name in ("element", "progress"))
 LAB = "../lab/lab/index.html?path={0}.ipynb"
 ROW = f"""<tr><td><a href="../assignments/{{0}}.zip"><code>{{0}}.zip</code></a>
 (<a href="{LAB}">open in the browser</a>)</td></tr>"""
