@@ -1,4 +1,4 @@
-"""Text that others wrote, made fit for a page, for Markdown and for a terminal.
+"""Text that others wrote, made fit for a page, for Markdown, a terminal and a spreadsheet.
 
 Names, exception texts and file names are a student's to choose. Here they lose
 the power to do anything but be read.
@@ -12,6 +12,11 @@ import unicodedata
 _KEPT = "\n\t"
 _ACTING = {"Zl", "Zp"}
 """Categories of characters that act and do not show, beside control characters and their like."""
+_FORMULA = re.compile(r"""(^|[;\t\r\n])(?=[\s"]*[-=+@＝＋－＠]|[\t\r\n])""")
+"""Where a cell begins that spreadsheets compute; some read the wide forms alike.
+
+Where a spreadsheet takes another mark than the comma, a cell begins behind that mark, too.
+"""
 _CI_COMMAND = re.compile(r"^::|##(?=\w*\[)")
 
 
@@ -77,3 +82,8 @@ def cell(text: str) -> str:
 def prose(text: str) -> str:
     """Markdown that shows an instructor's words as they are."""
     return re.sub(r"([\\`*_{}\[\]<>()#!|~&@:$])", r"\\\1", one_line(text))
+
+
+def as_text(name: str | None) -> str | None:
+    """Return a name as text that no spreadsheet computes: with an apostrophe where it would."""
+    return name and _FORMULA.sub(r"\1'", name)

@@ -7,17 +7,15 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
+from robust_slam_autograder.lms import downloads, roster, systems
+from robust_slam_autograder.lms.downloads import Archive, LeftOut, Notebook
 from robust_slam_autograder.markup import log_line, one_line
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import timestamp
-
-if TYPE_CHECKING:
-    from robust_slam_autograder.lms.downloads import Archive, LeftOut, Notebook
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -38,9 +36,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the folders; exit status 1 where something was left out."""
-    # nbgrader takes a second to import
-    from robust_slam_autograder.lms import downloads, roster, systems
-
     system = systems.SYSTEMS[options.format]
     names = assignments.find_names(options.solutions)
     if options.assignment is not None:
@@ -54,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
         stems | {name: name for name in names},
         options.assignment,
     )
-    archive = downloads.Archive(options.zip)
+    archive = Archive(options.zip)
     found, left = reader.read(archive)
     if not archive.infos:
         raise WrongUse(f"{options.zip} is empty: download it again.")
@@ -64,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
             _put(one, archive, options)
             taken.append(one)
         except ValueError as error:
-            left.append(downloads.LeftOut(one.entry, str(error)))
+            left.append(LeftOut(one.entry, str(error)))
     listed = {roster.key(row.cells[match]) for row in students} - {""}
     _tell(taken, left, listed, options)
     return 1 if left else 0

@@ -6,18 +6,17 @@ import argparse
 import functools
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
-
-if TYPE_CHECKING:
-    from robust_slam_autograder.lms.late import Rules
-    from robust_slam_autograder.lms.marks import Ledger
-    from robust_slam_autograder.lms.roster import Matching, Roster
-    from robust_slam_autograder.lms.systems import System, Values
+from robust_slam_autograder.lms import late, marks, roster, systems
+from robust_slam_autograder.lms.late import Rules
+from robust_slam_autograder.lms.marks import Ledger
+from robust_slam_autograder.lms.roster import Matching, Roster
+from robust_slam_autograder.lms.systems import System, Values
+from robust_slam_autograder.reports import exported
 
 _PRIVATE = 0o600
 
@@ -55,9 +54,6 @@ def run(options: argparse.Namespace) -> int:
     """Write the file; exit status 1 where a mark is not in it."""
     layout.refuse_unmoved(options.out)
     to = places.target(options, f"{options.format}.csv")
-    # nbgrader takes a second to import
-    from robust_slam_autograder.lms import late, marks, roster, systems
-
     system = systems.SYSTEMS[options.format]
     people, lines, match = places.roster(options)
     students = roster.by_key(people, lines, match)
@@ -76,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
             f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "
             f"name another with --match; there are {', '.join(filter(None, people.header))}."
         )
-    values = systems.Values(
+    values = Values(
         match,
         ledger.columns,
         _places(system, people, ledger, options),
@@ -95,8 +91,6 @@ def _places(
     system: System, people: Roster, ledger: Ledger, options: argparse.Namespace
 ) -> dict[str, int]:
     """Return by assignment the roster's column, named on the command line or found."""
-    from robust_slam_autograder.lms import systems
-
     named = dict(options.column)
     unknown = named.keys() - {column.name for column in ledger.columns}
     if unknown:
@@ -121,8 +115,6 @@ def _places(
 def _tell(
     rules: Rules | None, matched: Matching, values: Values, options: argparse.Namespace
 ) -> None:
-    from robust_slam_autograder.reports import exported
-
     columns = values.columns
     every = [mark for column in columns for mark in column.marks.values()]
     if rules is not None or any(mark.before != mark.after for mark in every):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from robust_slam_autograder import layout
-from robust_slam_autograder.ci import workflows
+from robust_slam_autograder.ci import container, workflows
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.publishing import course as courses
@@ -65,8 +65,6 @@ def _write_archives(course: Course, options: argparse.Namespace) -> int:
     out = options.out or layout.GRADESCOPE
     archives = {name: out / f"{name}.zip" for name in names}
     _refuse_there(list(archives.values()), force=options.force)
-    from robust_slam_autograder.ci import container  # nbgrader takes a second to import
-
     container.refuse_in_sight(archives.values())
     out.mkdir(parents=True, exist_ok=True)
     for name, path in archives.items():

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading.by_hand import Entered
+from robust_slam_autograder.lms import roster as rosters
+from robust_slam_autograder.lms import systems
+from robust_slam_autograder.lms.roster import Roster, Row
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
 if TYPE_CHECKING:
-    from robust_slam_autograder.lms.roster import Roster, Row
     from robust_slam_autograder.nbgrader.database import Location
 
 
@@ -123,9 +125,6 @@ def roster(options: argparse.Namespace) -> tuple[Roster, tuple[Row, ...], int]:
     Raises:
         WrongUse: it cannot be read, or there is no such column, or no student.
     """
-    from robust_slam_autograder.lms import roster as rosters
-    from robust_slam_autograder.lms import systems
-
     system = systems.SYSTEMS[options.format]
     people = rosters.read(options.roster)
     students = system.students(people)

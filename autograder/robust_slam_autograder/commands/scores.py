@@ -16,6 +16,7 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
+from robust_slam_autograder.lms.systems import as_csv
 
 _SCORE = re.compile(r"[\w:,+-]{1,60}", re.ASCII)
 _LONGEST = 1000
@@ -63,8 +64,6 @@ def run(options: argparse.Namespace) -> int:
     first = 2 if options.no_names else 3
     table.sort(key=lambda row: [_sortable(cell) for cell in row[first:]])
     title = [*([] if options.no_names else ["student"]), "score", "refused", *head]
-    from robust_slam_autograder.lms.systems import as_csv  # it takes its time to import
-
     durable.write(options.to, as_csv(iter([title, *table, *refused])))
     print(f"{len(table)} scores were replayed, and {len(refused)} refused: {options.to}")
     return 0

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import batch, durable
 from robust_slam_autograder.grading.journal import open_journal
-
-if TYPE_CHECKING:
-    from robust_slam_autograder.lms.marks import Column
-    from robust_slam_autograder.lms.roster import Row
+from robust_slam_autograder.lms import roster, systems
+from robust_slam_autograder.lms.marks import Column
+from robust_slam_autograder.lms.roster import Row
 
 _PRIVATE = 0o600
 
@@ -31,9 +29,6 @@ def run(options: argparse.Namespace) -> int:
     """Write the numbers as a column to import; from now on grading uses them."""
     layout.refuse_unmoved(options.out)
     to = places.target(options, f"towns-{options.format}.csv")
-    # nbgrader takes a second to import
-    from robust_slam_autograder.lms import marks, roster, systems
-
     system = systems.SYSTEMS[options.format]
     people, lines, match = places.roster(options)
     students = roster.by_key(people, lines, match)
@@ -45,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
         name = roster.key(row.cells[match])
         return str(journal.town(name)) if name in students else None
 
-    column = marks.Column("Town", "", seeds.TOWNS, {}, {})
+    column = Column("Town", "", seeds.TOWNS, {}, {})
     place = systems.find(system, people, column)
     found = {} if place is None else {column.name: place}
     values = systems.Values(match, [column], found, cell)

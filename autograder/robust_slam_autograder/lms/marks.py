@@ -6,17 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import tidy
 from robust_slam_autograder.lms import late
 from robust_slam_autograder.lms.late import HandedIn, Rules, Undated
-from robust_slam_autograder.nbgrader import database, totals
-from robust_slam_autograder.nbgrader.database import Location
-from robust_slam_autograder.nbgrader.totals import Total, Totals
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Assignment
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.nbgrader.database import Location
+    from robust_slam_autograder.nbgrader.totals import Total
 
 TOLERANCE = 1e-6
 """Points between a sum here and the same sum in the gradebook."""
@@ -98,23 +100,25 @@ def read(
             missing, no submission says when it was handed in, or nbgrader has taken something
             off already.
     """
+    from robust_slam_autograder.nbgrader import database, totals  # these take a second to import
+
     database.refuse_missing(location)
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
     for name in assignments.chosen(tree, names):
-        total = totals.read(location, name)
-        broken = _failed(out, name, total)
+        recorded = totals.read(location, name)
+        broken = _failed(out, name, recorded.students)
         failed += [(student, name) for student in broken]
-        known = {name: one for name, one in total.students.items() if name not in broken}
+        known = {name: one for name, one in recorded.students.items() if name not in broken}
         if known:
             tests = assignments.load(assignments.notebook_path(tree / name))
-            columns.append(_column(tests, Totals(total.max_score, known), rules, submitted))
+            columns.append(_column(tests, recorded.max_score, known, rules, submitted))
         elif name in names:
             raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")
     return Ledger(tuple(columns), tuple(failed))
 
 
-def _failed(out: Path, name: str, recorded: Totals) -> list[str]:
+def _failed(out: Path, name: str, recorded: Mapping[str, Total]) -> list[str]:
     """Return students on whose submission the grader failed; a mark that they have is an old one.
 
     Raises:
@@ -123,7 +127,7 @@ def _failed(out: Path, name: str, recorded: Totals) -> list[str]:
     failed = []
     for path in results.files_of(out, name):
         result = results.read_checked(path)
-        total = recorded.students.get(result.student)
+        total = recorded.get(result.student)
         if result.status == "failed":
             failed.append(result.student)
         elif total is None or abs(total.by_tests - result.score) > TOLERANCE:
@@ -135,12 +139,16 @@ def _failed(out: Path, name: str, recorded: Totals) -> list[str]:
 
 
 def _column(
-    assignment: Assignment, recorded: Totals, rules: Rules | None, submitted: Path
+    assignment: Assignment,
+    max_score: float,
+    recorded: Mapping[str, Total],
+    rules: Rules | None,
+    submitted: Path,
 ) -> Column:
     """Return an assignment's marks, after the late policy where there is one."""
     marks: dict[str, Mark] = {}
     undated: dict[str, str] = {}
-    for student, total in recorded.students.items():
+    for student, total in recorded.items():
         if rules is None:
             marks[student] = _mark(total, total.penalty)
             continue
@@ -156,11 +164,10 @@ def _column(
             continue
         due = rules.due_for(assignment.name, student)
         over = timedelta() if due is None else max(timedelta(), at.at - due)
-        marks[student] = _mark(total, rules.policy.penalty(over, recorded.max_score), at, over)
+        marks[student] = _mark(total, rules.policy.penalty(over, max_score), at, over)
     if undated and not marks:
         raise WrongUse(next(iter(undated.values())))
-    most = tidy(recorded.max_score)
-    return Column(assignment.name, assignment.config.title, most, marks, undated)
+    return Column(assignment.name, assignment.config.title, tidy(max_score), marks, undated)
 
 
 def _mark(

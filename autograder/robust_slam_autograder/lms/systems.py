@@ -21,7 +21,7 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms import downloads
 from robust_slam_autograder.lms.marks import Column
 from robust_slam_autograder.lms.roster import Roster, Row
-from robust_slam_autograder.nbgrader.spreadsheet import as_text
+from robust_slam_autograder.markup import as_text
 
 POINTS = "Points Possible"
 _POINTS_CELL = f"    {POINTS}"

@@ -8,7 +8,6 @@ opened (OWASP, *CSV injection*).
 from __future__ import annotations
 
 import csv
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,16 +15,13 @@ from typing import Any
 from nbgrader.api import Assignment, Gradebook, MissingEntry, Student
 from nbgrader.plugins import ExportPlugin
 
+from robust_slam_autograder.markup import as_text
+
 COLUMNS = (
     *("assignment", "duedate", "timestamp", "student_id", "last_name", "first_name", "email"),
     *("raw_score", "late_submission_penalty", "score", "max_score"),
 )
 """nbgrader's own, in its order."""
-_FORMULA = re.compile(r"""(^|[;\t\r\n])(?=[\s"]*[-=+@＝＋－＠]|[\t\r\n])""")
-"""Where a cell begins that spreadsheets compute; some read the wide forms alike.
-
-Where a spreadsheet takes another mark than the comma, a cell begins behind that mark, too.
-"""
 
 
 class SafeCsv(ExportPlugin):  # type: ignore[misc]
@@ -55,8 +51,3 @@ def _row(gradebook: Gradebook, assignment: Assignment, student: Student) -> list
     names = (student.id, student.last_name, student.first_name, student.email)
     marks = (raw, penalty, max(0.0, raw - (penalty or 0.0)), assignment.max_score)
     return [as_text(assignment.name), assignment.duedate, when, *map(as_text, names), *marks]
-
-
-def as_text(name: str | None) -> str | None:
-    """Return a name as text that no spreadsheet computes: with an apostrophe where it would."""
-    return name and _FORMULA.sub(r"\1'", name)

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 from nbgrader.plugins import CsvExportPlugin
+from robust_slam_autograder.markup import as_text
 from robust_slam_autograder.nbgrader import database
-from robust_slam_autograder.nbgrader.spreadsheet import SafeCsv, as_text
+from robust_slam_autograder.nbgrader.spreadsheet import SafeCsv
 from sqlalchemy.exc import SAWarning
 from traitlets.config import Config
 
