@@ -12,7 +12,7 @@ import stat
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,8 @@ SHARED = {
     "free-blocks": "how full the machine is",
 }
 """Words of attacks that reach what all sandboxes share, in which one could leave a message."""
+WORDS = ("<each>", "<end>", "<reference>", "<pipe>", "NAME", "RIGHT", "WITHHELD", "OWNER")
+"""Words of templates."""
 NEARBY = ("/tmp", "/var/tmp", "/dev/shm", "~", ".")
 """Folders beside the batch in which an attack's files would be found by its mark."""
 
@@ -86,6 +88,8 @@ class Report:
     """Attacks that cost their own author more than the exercise they stand in."""
     odd: tuple[str, ...]
     """Refusals without their sentence, faults without their name."""
+    ill_written: tuple[str, ...]
+    """Submissions that are not there, hold a word of a template, or a line of a hidden test."""
 
 
 def course_assignments() -> list[str]:
@@ -174,7 +178,28 @@ def _report(
         under_graded=_sentences(sentence for entry, sentence in lost if entry.kind),
         spilled=_sentences(verdict.spilled(e, marks, target, BASELINES[0]) for e in entries),
         odd=_sentences(_oddity(e, found.get(e.name), target) for e in entries),
+        ill_written=tuple(_ill_written(course, entries)),
     )
+
+
+def _ill_written(course: Course, entries: Iterable[Entry]) -> Iterator[str]:
+    known = "".join(
+        [*map(_text, course.target.released["cells"]), *course.target.answers.values()]
+    )
+    words = [word for word in (*WORDS, *leaks.hidden_lines(course.target)) if word not in known]
+    for entry in entries:
+        path = course.folder(entry) / course.target.file
+        if not os.path.lexists(path.parent):
+            yield f"{entry.name} was not written"
+        if entry.kind.startswith(("broken", "files", "others: a link")) or not path.is_file():
+            continue
+        cells = json.loads(path.read_bytes().decode("utf-8-sig"))["cells"]
+        text = "\n".join(map(_text, cells))
+        yield from (f"{entry.name} holds {word}" for word in words if word in text)
+
+
+def _text(cell: Mapping[str, Any]) -> str:
+    return "".join(cell["source"])
 
 
 def _sentences(said: Iterable[str]) -> tuple[str, ...]:
