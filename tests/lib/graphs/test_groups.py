@@ -158,13 +158,6 @@ def test_the_group_is_told_by_the_shape():
             groups.group_of(np.zeros(shape))
 
 
-def test_turning_left_by_hand():
-    ahead_and_left = [1.0, 0.0, np.pi / 2]
-    assert_same_poses(
-        se2, se2.compose(ahead_and_left, ahead_and_left), np.array([1.0, 1.0, np.pi]), 1e-15
-    )
-
-
 @given(st.floats(-1e4, 1e4, allow_subnormal=False))
 def test_wrap_changes_by_whole_turns_and_ends_in_the_half_open_interval(raw):
     wrapped = float(se2.wrap(raw))
