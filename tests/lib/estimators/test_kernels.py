@@ -34,6 +34,11 @@ def test_cost_and_weight_are_even_and_influence_is_odd(kernel, u):
     np.testing.assert_array_equal(kernel.psi(-u), -kernel.psi(u))
 
 
+def test_the_cost_has_no_jump_at_the_scale(kernel):
+    inside, outside = kernel.rho(kernel.scale * np.array([1.0 - 1e-12, 1.0 + 1e-12]))
+    assert outside == pytest.approx(inside, rel=1e-9)
+
+
 def test_influence_is_the_derivative_of_cost(kernel, u):
     h = 1e-6 * kernel.scale
     slope = (kernel.rho(u + h) - kernel.rho(u - h)) / (2.0 * h)
