@@ -1,8 +1,8 @@
-"""Hints below a cell of a notebook, each behind a click."""
+"""Hints, each behind a click that tells how much it says."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 
 from robust_slam_autograder.grading.results import Result
@@ -10,15 +10,20 @@ from robust_slam_autograder.grading.results import Result
 STEPS = ("Where to look", "What to compute by hand", "The idea")
 
 
+def named(hints: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield hints, each behind what its click says."""
+    for number, hint in enumerate(hints):
+        yield STEPS[number] if number < len(STEPS) else "One more hint", hint
+
+
 def html(result: Result, hints: Mapping[str, tuple[str, ...]]) -> str:
-    """Return the hints for exercises that did not pass, as a piece of a page; it may be empty."""
+    """Return hints for below a cell, on exercises that did not pass; it may be empty."""
     found = []
     for exercise in result.exercises:
         if exercise.status != "passed" and exercise.name in hints:
-            steps = zip(STEPS, hints[exercise.name], strict=False)
             clicks = (
                 f"<details><summary>{step}</summary>{escape(hint)}</details>"
-                for step, hint in steps
+                for step, hint in named(hints[exercise.name])
             )
             head = f"<p><code>{escape(exercise.name)}</code>: hints for the whole exercise</p>"
             found.append(head + "".join(clicks))

@@ -24,7 +24,7 @@ from robust_slam_autograder.grading.results import (
 from robust_slam_autograder.grading.verdicts import ADVICE, SIGNS, meaning, sign, verdict
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports import documents
+from robust_slam_autograder.reports import clicks, documents
 
 NOT_RUN = "✗ not run"
 CURVE = 90.0
@@ -99,8 +99,8 @@ class ShownExercise:
     """What no case says already."""
     misconception: str
     """What it looks like, as a sentence; empty where that is not known."""
-    hints: tuple[str, ...]
-    """Each tells more than the one before."""
+    hints: tuple[tuple[str, str], ...]
+    """Each with what its click says; it tells more than the one before."""
     reading: Reading | None
     cases: tuple[ShownCase, ...]
 
@@ -186,7 +186,8 @@ def page(result: Result, config: Config, site: str, entries: Entries = ()) -> Pa
         score=result.score,
         max_score=result.max_score,
         verdict=verdict(result),
-        note=_note(result),
+        # Why the grader failed is told to the instructor alone.
+        note="" if result.status == "failed" else visible(result.reason),
         note_kind="Note" if result.status == "graded" else "Reason",
         start=start,
         next=_next(result, start),
@@ -209,11 +210,6 @@ def _given(entry: Entry) -> str:
         return _points(entry.points, entry.max_score)
     points = f"{entry.points:+} {'point' if abs(entry.points) == 1 else 'points'}"
     return points if entry.points else ""
-
-
-def _note(result: Result) -> str:
-    """Return a refusal's reason, or what was unusual, but not why the grader failed."""
-    return "" if result.status == "failed" else visible(result.reason)
 
 
 def _next(result: Result, start: ShownExercise | None) -> str:
@@ -242,7 +238,7 @@ def _exercise(
         advice=ADVICE[exercise.status],
         message="" if exercise.message in told else visible(exercise.message),
         misconception="" if passed else visible(exercise.misconception),
-        hints=() if passed else hints,
+        hints=() if passed else tuple(clicks.named(hints)),
         reading=None if passed else reading,
         cases=_cases(exercise),
     )
