@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import functools
 import json
 import os
 import re
@@ -37,9 +38,13 @@ class Site:
     status: int
 
     def parsed(self, page: str) -> BeautifulSoup:
-        """A page without what is in its drawings and formulas."""
-        text = (self.folder / f"{page}.html").read_text("utf-8")
-        return BeautifulSoup(DRAWN.sub(r"\1", text), "html.parser")
+        """A page without what is in its drawings and formulas, to be looked at alone."""
+        return _parsed(self.folder / f"{page}.html")
+
+
+@functools.lru_cache(12)  # the chapters and what leads to them
+def _parsed(path: Path) -> BeautifulSoup:
+    return BeautifulSoup(DRAWN.sub(r"\1", path.read_text("utf-8")), "html.parser")
 
 
 def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:

@@ -51,8 +51,11 @@ def test_the_ways_back_and_on_are_chapters_with_their_questions(site: Site) -> N
 def own(site: Site, name: str) -> Tag:
     """The map at the head of a chapter that is its own, or the only one of a page."""
     html = (site.folder / f"{name}.html").read_text("utf-8")
-    page = BeautifulSoup(html, "html.parser")
-    return page.select_one(".rs-maps [aria-current] > .rs-map") or page.select_one(".rs-map")
+    (maps, *_) = re.findall(
+        r'<ul class="rs-maps".*?</ul>|<svg class="rs-map".*?</svg>', html, re.S
+    )
+    head = BeautifulSoup(maps, "html.parser")
+    return head.select_one("[aria-current] > .rs-map") or head.svg
 
 
 def test_the_maps_of_a_chapter_lead_to_all_in_their_order(site: Site) -> None:
