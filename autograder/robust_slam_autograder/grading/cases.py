@@ -240,7 +240,7 @@ class Cases:
             if isinstance(error, MemoryError):
                 namespace.clear()  # what the test gathered is not to cost the cases that follow
                 namespace.update(before)
-            ending = known or self._ending(case, error)
+            ending = known or self._ending(case)
             if ending is Ending.FAILED:
                 self._note(case)
             return ending, None if known else error
@@ -264,7 +264,7 @@ class Cases:
                 seen = replace(seen, end=tuple(traits.shown(seen.end, texts)))
             self.seen[case.grade_id] = seen
 
-    def _ending(self, case: Case, error: Exception) -> Ending:
+    def _ending(self, case: Case) -> Ending:
         """Say how a case ended whose test raised."""
         cell_error = self.session.errors.get(self.assignment.owner(case.exercise))
         if isinstance(cell_error, SessionFault):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from robust_slam_autograder.errors import GraderFailure
@@ -37,15 +37,14 @@ def write(path: Path, text: str, *, mode: int = 0o644) -> None:
         os.replace(part, path)
 
 
-def append(path: Path, lines: Iterable[str]) -> None:
-    """Add lines to a file that is there.
+def append(path: Path, line: str) -> None:
+    """Add a line to a file that is there.
 
     Raises:
         GraderFailure: it cannot be written.
     """
-    text = "".join(f"{line}\n" for line in lines)
     with explained(path), open(path, "a", encoding="utf-8") as file:
-        file.write(text)
+        file.write(f"{line}\n")
 
 
 @contextlib.contextmanager

@@ -58,20 +58,17 @@ class Journal:
     def remember(self, key: str, fingerprint: str) -> None:
         """Note that a submission has its result file."""
         self.graded[key] = fingerprint
-        self._append(key, fingerprint)
+        durable.append(self.out / LOG_NAME, _line(key, fingerprint))
 
     def forget(self, key: str) -> None:
         """Note that a submission's result file is no longer one to keep."""
         if self.graded.pop(key, None) is not None:
-            self._append(key, None)
+            durable.append(self.out / LOG_NAME, _line(key, None))
 
     def tidy(self) -> None:
         """Write the log anew, with what still counts."""
         lines = [f"{_line(key, fingerprint)}\n" for key, fingerprint in self.graded.items()]
         durable.write(self.out / LOG_NAME, "".join(lines), mode=_PRIVATE)
-
-    def _append(self, key: str, fingerprint: str | None) -> None:
-        durable.append(self.out / LOG_NAME, [_line(key, fingerprint)])
 
 
 def _line(key: str, fingerprint: str | None) -> str:

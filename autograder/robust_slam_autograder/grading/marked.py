@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
@@ -50,19 +49,8 @@ def from_text(text: str) -> Marked:
     """
     try:
         value = json.loads(text)
-        result, skip = results.from_text(value["result"]), tuple(value["skip"])
-        doubtful, seconds, whole = value["doubtful"], value["seconds"], value["whole"]
-        shapes, visible = (
-            {name: Shape(**shape) for name, shape in value[key].items()}
-            for key in ("shapes", "visible")
-        )
-    except (RecursionError, KeyError, TypeError, AttributeError) as error:
+        result = results.from_text(value.pop("result"))
+        marked: Marked = results.made(Marked, value, result=result)
+    except (RecursionError, OverflowError, KeyError, TypeError, AttributeError) as error:
         raise ValueError("no pass of a grader wrote it") from error
-    right = (
-        type(doubtful) is type(whole) is bool
-        and type(seconds) in (int, float)
-        and math.isfinite(seconds)
-    )
-    if not right or not all(type(number) is int for number in skip):
-        raise ValueError("no pass of a grader wrote it")
-    return Marked(result, doubtful, seconds, skip, shapes, visible, whole)
+    return marked

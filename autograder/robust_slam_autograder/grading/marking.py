@@ -11,7 +11,6 @@ import contextlib
 import functools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 
 from robust_slam_autograder.executor import guarded, seeds
@@ -191,7 +190,8 @@ class _Pass:
         }
         calls = explain.Calls() if self.is_visible else None
         lost: dict[str, Told] = {}
-        with self._session(total) as session, self._environment(), passes.silence():
+        numbers = seeds.environment(self.seed, self.whose.town)
+        with self._session(total) as session, numbers, passes.silence():
             cases = Cases(self.whose.assignment, session, texts, self.seed, calls)
             for case, ending, error in cases.run(faults):
                 told = cases.explain(case, ending, error) if self.is_visible else Told()
@@ -200,9 +200,6 @@ class _Pass:
                 skip = frozenset(session.skip)
                 seen = cases.seen.get(case.grade_id)
                 yield Step(case.grade_id, ending, told, skip, used + total.used(), seen)
-
-    def _environment(self) -> AbstractContextManager[None]:
-        return seeds.environment(self.seed, self.whose.town)
 
     def _note(self, case: Case, step: Step) -> None:
         """Note where a case ended by a limit that a busy machine may be to blame for."""

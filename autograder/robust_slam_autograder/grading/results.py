@@ -234,7 +234,7 @@ def from_text(text: str) -> Result:
             raise ValueError(f"its schema is {schema!r}, of a newer grader")
         if schema == 1:
             value["exercises"] = list(map(first_schema.upgraded, value["exercises"]))
-        result: Result = _made(Result, value)
+        result: Result = made(Result, value)
     except (RecursionError, OverflowError, KeyError, TypeError, AttributeError) as error:
         raise ValueError("a grader writes it otherwise") from error
     if problem := _miscount(result):
@@ -242,27 +242,32 @@ def from_text(text: str) -> Result:
     return result
 
 
-def _made(kind: Any, value: Any) -> Any:  # noqa: ANN401
+def made(kind: Any, value: Any, **known: object) -> Any:  # noqa: ANN401
     """Make a value of an annotated type of what JSON has of it.
+
+    Args:
+        kind: the type.
+        value: what JSON has.
+        known: further fields of a dataclass.
 
     Raises:
         TypeError: it is of another type, as are AttributeError, KeyError and ValueError.
     """
     if isinstance(kind, type) and is_dataclass(kind):
         types = _types_of(kind)
-        return kind(**{name: _made(types[name], part) for name, part in value.items()})
+        return kind(**known, **{name: made(types[name], part) for name, part in value.items()})
     if isinstance(kind, type) and issubclass(kind, StrEnum):
         return kind(value)
     outer, inner = get_origin(kind), get_args(kind)
     if NoneType in inner:
-        return None if value is None else _made(inner[0], value)
-    if outer is tuple and isinstance(value, list):
-        return tuple(_made(inner[0], part) for part in value)
-    if outer is Mapping and isinstance(value, dict):
-        return {name: _made(inner[1], part) for name, part in value.items()}
+        return None if value is None else made(inner[0], value)
+    if outer in (tuple, list) and isinstance(value, list):
+        return outer(made(inner[0], part) for part in value)
+    if outer in (Mapping, dict) and isinstance(value, dict):
+        return {name: made(inner[1], part) for name, part in value.items()}
     if kind is float and type(value) in (int, float) and math.isfinite(value):
         return value
-    if value in inner if outer is Literal else kind in (str, bool) and type(value) is kind:
+    if value in inner if outer is Literal else kind in (str, bool, int) and type(value) is kind:
         return value
     raise TypeError(f"{value!r} is no {kind}")
 

@@ -62,7 +62,7 @@ SENTENCES: Mapping[str, str] = dict.fromkeys(SILENT, "") | {
     "sqrt square": "a square stands where a square root belongs, or the other way round",
     "vstack hstack": "arrays are put side by side that belong below each other, or the reverse",
 }
-"""By kind; the braces stand for the arguments at the place, or for "something"."""
+"""By kind; the braces stand for the argument at the place, or for "something"."""
 
 FAMILIES: Mapping[str, frozenset[str]] = {
     "two cases are exchanged, or a comparison is the wrong way round": frozenset(
@@ -125,14 +125,13 @@ class Slip:
 
     kind: str
     """A key of ``SENTENCES``."""
-    place: tuple[str, ...] = ()
-    """Arguments of the function that stand there."""
+    place: str = ""
+    """The argument of the function that stands there; empty for none, or for more than one."""
 
     @property
     def sentence(self) -> str:
         """Return what goes on after "It looks as if"."""
-        names = [f"`{name}`" for name in self.place]
-        return SENTENCES[self.kind].format(" and ".join(names) or "something")
+        return SENTENCES[self.kind].format(f"`{self.place}`" if self.place else "something")
 
     @property
     def is_vague(self) -> bool:
@@ -144,12 +143,12 @@ def common(slips: Collection[Slip]) -> str:
     """Return the sentence that is true of all; empty where there is none that says anything."""
     if not slips:
         return ""
-    if len(set(slips)) == 1 or len({one.kind for one in slips}) == 1:
-        first = next(iter(slips))
-        shared = first if len(set(slips)) == 1 else Slip(first.kind)
+    kinds = {one.kind for one in slips}
+    if len(kinds) == 1:
+        first, *others = set(slips)
+        shared = Slip(first.kind) if others else first
         if not shared.is_vague:
             return shared.sentence
-    kinds = {one.kind for one in slips}
     return next((told for told, family in FAMILIES.items() if kinds <= family), "")
 
 
@@ -167,8 +166,8 @@ class Change:
         """Return the slip, where the change is made at a site of a function of these arguments."""
         kind = _of_place(site, self.variant) or self.kind
         names = {one.id for one in ast.walk(self.about or site.node) if isinstance(one, ast.Name)}
-        place = tuple(sorted(names & arguments)) if "{}" in SENTENCES[kind] else ()
-        return Slip(kind, place if len(place) == 1 else ())
+        places = sorted(names & arguments) if "{}" in SENTENCES[kind] else []
+        return Slip(kind, places[0] if len(places) == 1 else "")
 
 
 def _of_place(site: Site, variant: ast.AST) -> str:
