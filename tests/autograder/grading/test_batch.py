@@ -7,7 +7,6 @@ import os
 import shutil
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ import pytest
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.grading import batch, journal, results, tasks
-from robust_slam_autograder.grading.batch import Graded
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.sandbox import Unsandboxed
 
@@ -45,34 +43,16 @@ def course(tmp_path: Path) -> Path:
     return make_course(tmp_path)
 
 
-@dataclass
-class Done:
-    """What became of the five submissions, graded two at a time."""
-
-    course: Path
-    graded: list[Graded]
-
-
-@pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
-    """One batch for the tests that only look at it."""
-    folder = make_course(tmp_path_factory.mktemp("batch"))
-    return Done(folder, grade(folder))
-
-
-def test_every_submission_gets_its_result_in_order(done: Done) -> None:
-    assert marks(done.graded) == [
+def test_every_submission_gets_its_result_in_order_however_many_run_at_once(course: Path) -> None:
+    graded = grade(course)
+    assert same_but_for_time(graded, grade(course, "serial", workers=1))
+    assert marks(graded) == [
         ("ada", "graded", 20, ("passed", "passed")),
         ("bob", "graded", 10, ("timeout", "passed")),
         ("cem", "graded", 10, ("died", "passed")),
         ("dot", "graded", 14, ("partial", "passed")),
         ("eve", "refused", 0, ()),
     ]
-
-
-def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
-    serial = grade(done.course, "serial", workers=1)
-    assert same_but_for_time(done.graded, serial)
 
 
 @pytest.fixture

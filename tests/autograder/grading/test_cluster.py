@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import pickle
+import subprocess
 import sys
 import time
 from collections import Counter
@@ -31,7 +32,6 @@ from tests.autograder import toy
 from tests.autograder.grading.course import grade as grade_here
 from tests.autograder.grading.course import jobs, leave, make_course, same_but_for_time
 from tests.autograder.killing import wait_for
-from tests.autograder.machines import Machines
 
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
 KILLER = f"""
@@ -42,6 +42,44 @@ for _ in range(4):  # the trusted process, its guard, their server, the worker
     pid = int(stat.rpartition(")")[2].split()[1])
 os.kill(pid, signal.SIGKILL)
 {toy.DOUBLE}"""
+
+
+ROOT = Path(__file__).parents[3]
+"""Where the cluster's processes start, and so find the benchmarks' packages."""
+
+
+@dataclass
+class Machines:
+    """A scheduler, and the workers that a test starts."""
+
+    folder: Path
+    processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._file = self.folder / "scheduler.json"
+        where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self._file)]
+        self._start("scheduler", *where)
+        # The file is there before it is written.
+        wait_for(lambda: self._file.exists() and self._file.read_text().endswith("}"))
+        self.address = json.loads(self._file.read_text())["address"]
+
+    def worker(self, *options: str) -> subprocess.Popen[bytes]:
+        """Start one."""
+        where = ["--scheduler-file", str(self._file), "--local-directory", str(self.folder)]
+        return self._start("worker", *where, "--nthreads", "1", *options)
+
+    def _start(self, what: str, *options: str) -> Any:
+        command = [sys.executable, "-m", "dask", what, "--no-dashboard", *options]
+        with open(self.folder / f"{what}-{len(self.processes)}.log", "wb") as log:
+            process = subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=log)
+        self.processes.append(process)
+        return process
+
+    def stop(self) -> None:
+        """Kill them all: what they have started ends with them, and to say goodbye takes long."""
+        for process in reversed(self.processes):
+            process.kill()
+            process.wait()
 
 
 @pytest.fixture
