@@ -13,8 +13,8 @@ from tests.assignments import answers
 from tests.autograder.ci.running import repository
 from tests.book.built_site import built
 
-ASSIGNMENTS = ("02-four-costs", "03-irls", "07-certificates")
-"""Those that the page names, and one with packages of its own."""
+ASSIGNMENTS = ("02-four-costs", "03-irls")
+"""Those that the page names."""
 _MADE = (Path("build", "_build", ".jupyter_cache"), Path("build", "fonts"))
 _BUILDER = f"#!/bin/sh\nmkdir -p build/_build && cp -R {ROOT}/build/_build/html build/_build/\n"
 """In place of the book's builder: copies the book that these tests have built."""
