@@ -11,7 +11,6 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
@@ -31,9 +30,6 @@ from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
 from robust_slam_autograder.sandbox import Sandbox
-
-if TYPE_CHECKING:
-    from robust_slam_autograder.nbgrader.database import Location
 
 STANDARD_OUTPUT = "-"
 
@@ -174,7 +170,7 @@ def _import_meanwhile(module: str) -> None:
 def _tell(
     graded: Sequence[Graded],
     marks: Sequence[Result],
-    gradebook: Location,
+    gradebook: places.Gradebook,
     options: argparse.Namespace,
 ) -> None:
     """Write the summaries, and the table for people."""
@@ -209,7 +205,7 @@ def _counts(graded: Sequence[Graded]) -> str:
     )
 
 
-def _find_jobs(options: argparse.Namespace, gradebook: Location) -> list[Job]:
+def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Job]:
     # Not resolve(): a link must not choose the student.
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths))
     for path in submissions.missing(paths):
@@ -244,7 +240,7 @@ def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str
     return log_line(str(path))
 
 
-def _taken(options: argparse.Namespace, gradebook: Location) -> Places:
+def _taken(options: argparse.Namespace, gradebook: places.Gradebook) -> Places:
     """Look at what is in the results' folder, or will be when the batch has ended."""
     from robust_slam_autograder.nbgrader import database
 

@@ -7,7 +7,7 @@ import functools
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
@@ -18,10 +18,8 @@ from robust_slam_autograder.lms.roster import Roster, Row
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
-if TYPE_CHECKING:
-    from robust_slam_autograder.nbgrader.database import Location
-
-
+Gradebook = Path | str
+"""SQLite's file, or a database's address."""
 _OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "names": {"nargs": "*", "metavar": "NAME", "help": "assignments; all where none"},
     "--out": {
@@ -92,7 +90,7 @@ def refuse_no_answers(options: argparse.Namespace) -> None:
         raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
 
 
-def gradebook(options: argparse.Namespace) -> Location:
+def gradebook(options: argparse.Namespace) -> Gradebook:
     """Return the gradebook that a command shall use, which can be reached.
 
     Raises:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import grade, places
@@ -13,10 +12,8 @@ from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.regrading import Plan, Trial
-
-if TYPE_CHECKING:
-    from robust_slam_autograder.nbgrader.database import Location
-    from robust_slam_autograder.reports.changes import Regrade
+from robust_slam_autograder.reports import changes
+from robust_slam_autograder.reports.changes import Regrade
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -73,11 +70,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _compare(
-    plan: Plan, trial: Trial, journal: Journal, gradebook: Location, options: argparse.Namespace
+    plan: Plan,
+    trial: Trial,
+    journal: Journal,
+    gradebook: places.Gradebook,
+    options: argparse.Namespace,
 ) -> Regrade:
     # nbgrader takes a second to import
     from robust_slam_autograder.nbgrader import database, totals
-    from robust_slam_autograder.reports import changes
 
     again = regrading.compare(trial, options.out)
     news = [(job, result) for job, result in trial.results() if result.status != "failed"]
@@ -94,8 +94,6 @@ def _compare(
 
 
 def _tell(found: Regrade, options: argparse.Namespace) -> None:
-    from robust_slam_autograder.reports import changes
-
     if options.json is not None:
         grade.write(options.json, changes.as_json(found))
     people = sys.stderr if options.json == grade.STANDARD_OUTPUT else sys.stdout

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robust_slam_autograder.grading.regrading import Regraded
 from robust_slam_autograder.grading.results import ExerciseResult, Result, tidy
 from robust_slam_autograder.markup import one_line, visible
-from robust_slam_autograder.nbgrader.totals import Effect
 from robust_slam_autograder.reports.terminal import aligned
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.nbgrader.totals import Effect
 
 SCHEMA = 1
 ANEW = "handed in anew since it was graded"
