@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, Page, Route
+from playwright.sync_api import Browser, Locator, Page, Route
 
 from tests import kernel
 from tests.chromium import page_in
@@ -103,6 +103,25 @@ def page_of(browser: Browser) -> Iterator[Page]:
         yield made
 
 
+def write(cell: Locator, text: str) -> None:
+    """Replace the text of a cell."""
+    cell.locator(".cm-content").click()
+    cell.page.keyboard.press("Control+a")
+    cell.page.keyboard.insert_text(text)
+    cell.page.keyboard.press("Escape")
+
+
+def run(cell: Locator, keys: str) -> None:
+    """Run the selected code cell with these keys, and wait until it has a new number."""
+    prompt = cell.locator(".jp-InputPrompt")
+    before = prompt.text_content()
+    cell.page.keyboard.press(keys)
+    cell.page.wait_for_function(
+        "([prompt, before]) => /[0-9]/.test(prompt.textContent) && prompt.textContent !== before",
+        arg=[prompt.element_handle(), before],
+    )
+
+
 class Notebook:
     """A notebook that is open in JupyterLab."""
 
@@ -132,10 +151,7 @@ class Notebook:
         for number, cell in enumerate(self.read()):
             text = texts.get(cell["metadata"].get("nbgrader", {}).get("grade_id", ""))
             if text is not None:
-                self.cells.nth(number).locator(".cm-content").click()
-                self.page.keyboard.press("Control+a")
-                self.page.keyboard.insert_text(text)
-                self.page.keyboard.press("Escape")
+                write(self.cells.nth(number), text)
 
     def run_all(self) -> list[dict[str, Any]]:
         """Run each cell with Shift and Enter, also past errors; gives the cells.
@@ -149,18 +165,7 @@ class Notebook:
             is_last = number == len(cells) - 1  # it gets no new cell below
             keys = "Control+Enter" if is_last else "Shift+Enter"
             if cell["cell_type"] == "code":
-                self._run(number, keys)
+                run(self.cells.nth(number), keys)
             else:
                 self.page.keyboard.press(keys)
         return self.save()
-
-    def _run(self, number: int, keys: str) -> None:
-        """Run the selected code cell, and wait until it has a new number."""
-        prompt = self.cells.nth(number).locator(".jp-InputPrompt")
-        before = prompt.text_content()
-        self.page.keyboard.press(keys)
-        self.page.wait_for_function(
-            "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
-            " && prompt.textContent !== before",
-            arg=[prompt.element_handle(), before],
-        )

@@ -16,6 +16,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 from robust_slam_autograder import cli
 
+from tests import jupyterlab
 from tests.assignments import answers
 from tests.book.taking_hold import PICTURE, follows
 from tests.chromium import page_in, served, visiting
@@ -81,10 +82,7 @@ class Lab:
     def type_in(self, sources: Mapping[str, str]) -> None:
         """Replace the text of cells, by their grade ids."""
         for grade_id, text in sources.items():
-            self.cells.nth(self.number[grade_id]).locator(".cm-content").click()
-            self.page.keyboard.press("Control+a")
-            self.page.keyboard.insert_text(text)
-            self.page.keyboard.press("Escape")
+            jupyterlab.write(self.cells.nth(self.number[grade_id]), text)
 
     def add_at_the_end(self, text: str) -> int:
         """Add a cell of one's own; gives its number."""
@@ -92,22 +90,14 @@ class Lab:
         self.page.keyboard.press("Escape")
         number = self.cells.count()
         self.page.keyboard.press("b")
-        self.cells.nth(number).locator(".cm-content").click()
-        self.page.keyboard.insert_text(text)
-        self.page.keyboard.press("Escape")
+        jupyterlab.write(self.cells.nth(number), text)
         return number
 
     def run(self, number: int) -> str:
         """Run a cell, wait until it has ended, and give what it says."""
         cell = self.cells.nth(number)
-        before = cell.locator(".jp-InputPrompt").text_content()
         cell.locator(".jp-InputPrompt").click()
-        self.page.keyboard.press("Control+Enter")
-        self.page.wait_for_function(
-            "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
-            " && prompt.textContent !== before",
-            arg=[cell.locator(".jp-InputPrompt").element_handle(), before],
-        )
+        jupyterlab.run(cell, "Control+Enter")
         self.page.locator(IDLE).wait_for(state="attached")
         return "\n".join(cell.locator(".jp-OutputArea-output").all_inner_texts())
 
