@@ -11,6 +11,7 @@ import pytest
 from robust_slam import breaking, cli
 from robust_slam.graphs import pose_graph
 
+from tests.lib.worlds import refused
 from tools.data.breaking import best
 
 TABLE = json.loads(files("robust_slam_course.pictures").joinpath("breaking.json").read_text())
@@ -48,19 +49,16 @@ def test_no_attack_in_town_a_has_a_better_score(solver):
     assert best("A", solver) == TABLE[f"A:{solver}"]
 
 
-@pytest.mark.parametrize(
-    ("score", "said"),
-    [
-        ("A:gnc", "is no score; copy it again"),
-        ("D:gnc:0-9:0,1:2", "town D: there is none; give A or B or C"),
-        ("A:huber:0-9:0,1:2", "solver huber: there is none"),
-        ("A:gnc:0-9:0,1:6", "6 closures: give 1 to 5"),
-        ("A:gnc:9-0:0,1:2", "the earlier first, the later at most 10"),
-        ("A:gnc:0-11:0,1:2", "the earlier first, the later at most 10"),
-        ("A:gnc:0-9:0,0:2", "not both 0"),
-        ("A:gnc:0-9:0,3:2", "from -2 to 2"),
-    ],
+@refused(
+    ("A:gnc", "is no score; copy it again"),
+    ("D:gnc:0-9:0,1:2", "town D: there is none; give A or B or C"),
+    ("A:huber:0-9:0,1:2", "solver huber: there is none"),
+    ("A:gnc:0-9:0,1:6", "6 closures: give 1 to 5"),
+    ("A:gnc:9-0:0,1:2", "the earlier first, the later at most 10"),
+    ("A:gnc:0-11:0,1:2", "the earlier first, the later at most 10"),
+    ("A:gnc:0-9:0,0:2", "not both 0"),
+    ("A:gnc:0-9:0,3:2", "from -2 to 2"),
 )
-def test_what_is_no_attack_is_refused_with_what_to_give(score, said, capsys):
-    assert cli.main(["replay", score]) == 2
-    assert said in capsys.readouterr().err
+def test_what_is_no_attack_is_refused_with_what_to_give(wrong, message, capsys):
+    assert cli.main(["replay", wrong]) == 2
+    assert message in capsys.readouterr().err

@@ -18,7 +18,7 @@ from robust_slam.graphs.pose_graph import select
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.trajectories import write_tum
 
-from tests.lib.worlds import with_outliers
+from tests.lib.worlds import refused, with_outliers
 
 
 @pytest.fixture
@@ -198,27 +198,24 @@ def test_progress_is_shown_unless_it_is_quiet(file, capsys):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["nix.g2o"], "nix.g2o"),
-        (["town.g2o", "--probability", "1"], "probability is 1"),
-        (["bad.g2o"], "bad.g2o:1: the tag 'HELLO' is unknown"),
-        (["bad.g2o"], "leave such lines out with --unknown skip"),
-        (["weak.g2o"], "or read with --indefinite nearest or --indefinite isotropic"),
-        (["town.g2o", "--out", "town.g2o"], "--out town.g2o: this is the input"),
-        (["town.g2o", "--plot", "no/map.svg"], "--plot no/map.svg: there is no folder no"),
-        (["town.g2o", "--rejected", "no/edges"], "--rejected no/edges: there is no folder no"),
-    ],
+@refused(
+    (["nix.g2o"], "nix.g2o"),
+    (["town.g2o", "--probability", "1"], "probability is 1"),
+    (["bad.g2o"], "bad.g2o:1: the tag 'HELLO' is unknown"),
+    (["bad.g2o"], "leave such lines out with --unknown skip"),
+    (["weak.g2o"], "or read with --indefinite nearest or --indefinite isotropic"),
+    (["town.g2o", "--out", "town.g2o"], "--out town.g2o: this is the input"),
+    (["town.g2o", "--plot", "no/map.svg"], "--plot no/map.svg: there is no folder no"),
+    (["town.g2o", "--rejected", "no/edges"], "--rejected no/edges: there is no folder no"),
 )
-def test_wrong_input_is_one_line_and_code_2(file, capsys, monkeypatch, arguments, words):
+def test_wrong_input_is_one_line_and_code_2(file, capsys, monkeypatch, wrong, message):
     monkeypatch.chdir(file.parent)
     (file.parent / "bad.g2o").write_text("HELLO\n")
     (file.parent / "weak.g2o").write_text("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 -1\n")
     monkeypatch.setattr("robust_slam.solver.Search", None)
-    assert cli.main(["solve", *arguments, "--quiet"]) == 2
+    assert cli.main(["solve", *wrong, "--quiet"]) == 2
     said = capsys.readouterr().err.splitlines()
-    assert len(said) == 1 and words in said[0]
+    assert len(said) == 1 and message in said[0]
 
 
 def test_an_unknown_ending_is_refused_before_the_work(file, capsys):

@@ -51,6 +51,11 @@ def test_the_outliers_are_found_and_the_map_is_the_one_without_them(make, n, opt
     assert "optimal for the kept closures, support unique" in repr(answer)
     best = gauss_newton(clean, start.chordal(clean))
     assert ate(answer.poses, truth) < ate(best, truth) + 0.05
+    norms = residual_norms(rescaled(graph, answer.best.tested), answer.best.poses)
+    np.testing.assert_array_equal(answer.kept, graph.is_odometry | (norms <= answer.threshold))
+    np.testing.assert_array_equal(answer.weights, answer.kept)
+    np.testing.assert_array_equal(answer.rejected, np.flatnonzero(~answer.kept))
+    assert answer.threshold == chi_square_threshold(0.99, graph.group.DOF)
 
 
 def test_a_map_that_is_not_determined_has_no_evidence():
@@ -60,16 +65,6 @@ def test_a_map_that_is_not_determined_has_no_evidence():
     poses, every = dead_reckoning(graph), graph.is_odometry
     assert evidence(graph, poses, every, 0.0) == -np.inf
     assert not find_noise(graph, poses, every).enough
-
-
-def test_a_closure_is_kept_if_its_residual_passes_with_the_deviations_that_were_tested(seed):
-    graph, *_ = with_outliers(manhattan, 100, seed, 20, closures=40)
-    answer = solve(graph)
-    norms = residual_norms(rescaled(graph, answer.best.tested), answer.best.poses)
-    np.testing.assert_array_equal(answer.kept, graph.is_odometry | (norms <= answer.threshold))
-    np.testing.assert_array_equal(answer.weights, answer.kept)
-    np.testing.assert_array_equal(answer.rejected, np.flatnonzero(~answer.kept))
-    assert answer.threshold == chi_square_threshold(0.99, 3)
 
 
 def test_closures_that_contradict_most_others_are_kept_where_they_fit_the_map():
