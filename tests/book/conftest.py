@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 from collections.abc import Iterator
 
@@ -10,6 +11,7 @@ import yaml
 
 from tests.book.built_site import ROOT, Site, built
 from tests.chromium import served
+from tools import fonts
 
 TITLE = yaml.safe_load((ROOT / "_config.yml").read_text(encoding="utf-8"))["title"]
 TOC = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
@@ -39,3 +41,10 @@ def address(site: Site) -> Iterator[str]:
 def place(site: Site, address: str, page: str, way: str) -> str:
     """The address of a page on the server, or on the disk."""
     return f"{address if way == 'http' else site.folder.as_uri()}/{page}.html"
+
+
+@pytest.fixture(scope="session")
+def carried() -> list[bytes]:
+    """The fonts that the style sheet carries, that of formulas last."""
+    style = (fonts.MADE / fonts.STYLE).read_text(encoding="utf-8")
+    return [base64.b64decode(font) for font in re.findall(r"base64,([^)]*)[)]", style)]

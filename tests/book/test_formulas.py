@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import re
 import xml.etree.ElementTree as etree
@@ -16,7 +15,6 @@ from playwright.sync_api import Browser, FloatRect, Page
 from chapters._ext import formulas
 from tests.book.conftest import PAGES, Site
 from tests.chromium import page_in
-from tools import fonts
 
 MATHML = re.compile(r"<math\b.*?</math>", re.DOTALL)
 CHILDREN = {"msub": 2, "msup": 2, "mfrac": 2, "munder": 2, "mover": 2, "msubsup": 3}
@@ -37,11 +35,9 @@ def trees(site: Site, page: str) -> list[etree.Element]:
 
 
 @cache
-def held() -> set[str]:
-    carried = re.findall(
-        r"base64,([^)]*)[)]", (fonts.MADE / fonts.STYLE).read_text(encoding="utf-8")
-    )[-1]
-    return set(map(chr, TTFont(io.BytesIO(base64.b64decode(carried))).getBestCmap()))
+def held(font: bytes) -> set[str]:
+    """The signs of a font."""
+    return set(map(chr, TTFont(io.BytesIO(font)).getBestCmap()))
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -55,13 +51,15 @@ class TestPage:
         text = re.sub(r"<pre.*?</pre>", "", article, flags=re.S)
         assert not re.findall(r"\\\(|\\\[|\\begin\{", text)
 
-    def test_browsers_draw_its_elements_in_the_courses_font(self, page: str, site: Site) -> None:
+    def test_browsers_draw_its_elements_in_the_courses_font(
+        self, page: str, site: Site, carried: list[bytes]
+    ) -> None:
         found = trees(site, page)
         for element in (element for formula in found for element in formula.iter()):
             assert element.tag in CORE
             assert len(element) == CHILDREN.get(element.tag, len(element))
         signs = set("".join("".join(formula.itertext()) for formula in found)) - NOT_DRAWN
-        assert {sign for sign in signs if not sign.isspace()} <= held()
+        assert {sign for sign in signs if not sign.isspace()} <= held(carried[-1])
 
 
 def test_more_room_above_a_line_is_left_out() -> None:

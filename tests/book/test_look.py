@@ -180,12 +180,6 @@ def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
     assert not [path for path in local if not (site.folder / "_static" / path).is_file()]
 
 
-@pytest.fixture(scope="module")
-def carried() -> list[bytes]:
-    held = re.findall(r"base64,([^)]*)[)]", (fonts.MADE / fonts.STYLE).read_text(encoding="utf-8"))
-    return [base64.b64decode(font) for font in held]
-
-
 class TestFonts:
     """The fonts that the style sheet carries."""
 

@@ -160,14 +160,14 @@ def test_the_session_goes_on_after_an_error(cell: str, words: str) -> None:
     assert second["error"] is None and second["shown"]
 
 
-def test_endless_printing_is_cut() -> None:
-    (result,) = run("for k in range(50_000): print('x' * 100)")
-    assert len(str(result["text"])) < 201_000
-    assert str(result["text"]).endswith("cut after 200,000 characters\n")
-
-
-def test_text_that_fits_exactly_is_cut_only_where_more_follows() -> None:
-    full, more = run("print('x' * 200_000, end='')", "print('x' * 200_000, end='')\nprint('y')")
+def test_endless_printing_is_cut_and_text_that_fits_exactly_only_where_more_follows() -> None:
+    endless, full, more = run(
+        "for k in range(50_000): print('x' * 100)",
+        "print('x' * 200_000, end='')",
+        "print('x' * 200_000, end='')\nprint('y')",
+    )
+    assert len(str(endless["text"])) < 201_000
+    assert str(endless["text"]).endswith("cut after 200,000 characters\n")
     assert full["text"] == "x" * 200_000
     assert str(more["text"]).endswith("x\n… cut after 200,000 characters\n")
 
