@@ -80,8 +80,8 @@ class Option:
     correct: bool = False
 
     def __post_init__(self) -> None:
-        _check_text("text", self.text)
-        _check_text(f"answer to {self.text!r}", self.answer)
+        check_text("text", self.text)
+        check_text(f"answer to {self.text!r}", self.answer)
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Question:
     options: Sequence[Option]
 
     def __post_init__(self) -> None:
-        _check_text("prompt", self.prompt)
+        check_text("prompt", self.prompt)
         if len(self.options) < 2:
             raise ValueError(f"options: {self.prompt!r} has {len(self.options)}; give it two.")
         if not any(option.correct for option in self.options):
@@ -223,6 +223,11 @@ def _element(marked: re.Match[str]) -> str:
     return f"<{kind}>{text}</{kind}>"
 
 
-def _check_text(argument: str, text: str) -> None:
+def check_text(argument: str, text: str) -> None:
+    """Check that there is something to read, or to hear for those who do not see a page.
+
+    Raises:
+        ValueError: there is not.
+    """
     if not text.strip():
         raise ValueError(f"{argument}: empty; write a sentence.")

@@ -22,10 +22,9 @@ from typing import TYPE_CHECKING, Any
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from robust_slam_course.canvas import notebook
+from robust_slam_course.canvas import notebook, still
 from robust_slam_course.canvas.bundle import bundle
-from robust_slam_course.canvas.still import Still, check_words, to_svg
-from robust_slam_course.quiz import Question, prediction
+from robust_slam_course.quiz import Question, check_text, prediction
 from robust_slam_course.style import variables
 
 if TYPE_CHECKING:
@@ -72,12 +71,10 @@ class Picture:
     script: str = ""
 
     def __post_init__(self) -> None:
-        check_words("title", self.title)
-        check_words("caption", self.caption)
-        if not self.tries:
-            raise ValueError("tries: empty; give a thing to try.")
-        for text in self.tries:
-            check_words("tries", text)
+        check_text("title", self.title)
+        check_text("caption", self.caption)
+        for text in self.tries or [""]:
+            check_text("tries", text)
         if unknown := self.answer.keys() - self.state.keys():
             raise ValueError(f"answer: {min(unknown)!r} is no part of the state.")
         if not isinstance(self.still, Figure):
@@ -97,16 +94,16 @@ class Picture:
 
     def static_html(self) -> str:
         """Return the picture as HTML that needs nothing else."""
-        still = Still(to_svg(self.still))
+        svg = still.to_svg(self.still)
         tries = (
             f'<p class="rs-ask"><strong>Try: </strong>{escape(text)}</p>' for text in self.tries
         )
-        width, height = still.size
+        width, height = still.size(svg)
         return (
             f'<style>{STYLE}</style><div class="rs-picture" role="group"'
             f' aria-label="{escape(self.title)}" data-picture="{escape(self.name)}">'
             f'<p class="rs-title">{escape(self.title)}</p>{prediction(self.question)}'
-            f'<figure><img src="{escape(still.source)}" alt="{escape(self.caption)}"'
+            f'<figure><img src="{escape(still.address(svg))}" alt="{escape(self.caption)}"'
             f' width="{width}" height="{height}">'
             f"<figcaption>{escape(self.caption)}</figcaption></figure>{''.join(tries)}"
             f'<script type="application/json">{_block(self._traits(on_page=True))}</script></div>'

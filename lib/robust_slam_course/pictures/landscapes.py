@@ -23,12 +23,18 @@ from robust_slam_course.style import figure_style
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
 _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
 _STARTS = {"four": _FOUR, "seven": _SEVEN}
+_C, _FACTOR = 2.0, 1.4
+_ANNEALED = {
+    "view": "cost", "start": "seven", "z": _SEVEN, "kind": "tls", "c": _C, "factor": _FACTOR,
+    "step": 0,
+}  # fmt: skip
+"""The first state of the script `annealing`, where its picture has no other."""
 
 
 def annealing() -> Picture:
     """Return GNC on seven readings whose cost, weights and path follow the reader's hand."""
-    c, factor, step = 2.0, 1.4, 3  # the step that the still picture shows
-    run = gnc(LocationProblem(_SEVEN), c, factor=factor).history
+    step = 3  # the one that the still picture shows
+    run = gnc(LocationProblem(_SEVEN), _C, factor=_FACTOR).history
     return Picture(
         name="annealing",
         title="GNC sharpens the cost",
@@ -52,20 +58,16 @@ def annealing() -> Picture:
         caption="Seven readings, 0 four times, 6 twice, and 24. The run begins at the mean,"
         f" {run[0].x:.2f}, and ends at {abs(run[-1].x):.2f}. The cost shown is that of solve"
         f" {step}, still a mild one.",
-        state={
-            "view": "cost", "start": "seven", "z": _SEVEN, "kind": "tls", "c": c, "factor": factor,
-            "step": 0,
-        },
+        state=_ANNEALED,
         answer={"z": [*_SEVEN[:-1], 30.0]},
         data={"starts": _STARTS},
-        still=_annealing_still(c, run[step - 1 : step + 1]),
-    )  # fmt: skip
+        still=_annealing_still(run[step - 1 : step + 1]),
+    )
 
 
 def hardening() -> Picture:
     """Return the picture of ``annealing`` with four readings and Geman–McClure's cost."""
-    c, factor = 2.0, 1.4
-    run = gnc(LocationProblem(_FOUR), c, "gm", factor=factor).history
+    run = gnc(LocationProblem(_FOUR), _C, "gm", factor=_FACTOR).history
     return Picture(
         name="hardening",
         script="annealing",
@@ -87,21 +89,18 @@ def hardening() -> Picture:
         ],
         caption=f"Four readings, three of the {len(run) - 1} solves. The run begins at the mean,"
         f" {run[0].x:.2f}, and ends at {run[-1].x:.2f}.",
-        state={
-            "view": "cost", "start": "four", "z": _FOUR, "kind": "gm", "c": c, "factor": factor,
-            "step": 0,
-        },
+        state=_ANNEALED | {"start": "four", "z": _FOUR, "kind": "gm"},
         answer={"step": 7},
         data={"starts": _STARTS},
-        still=_hardening_still(c, run),
-    )  # fmt: skip
+        still=_hardening_still(run),
+    )
 
 
 def factors() -> Picture:
     """Return the picture of ``annealing`` with the factor of μ, on seven readings up to 30."""
-    readings, c, factor = [*_SEVEN[:-1], 30.0], 2.0, 1.4
-    runs = {each: gnc(LocationProblem(readings), c, factor=each) for each in (1.1, 1.2, 1.4, 2.0)}
-    end = runs[factor]
+    readings = [*_SEVEN[:-1], 30.0]
+    runs = {each: gnc(LocationProblem(readings), _C, factor=each) for each in (1.1, 1.2, 1.4, 2.0)}
+    end = runs[_FACTOR]
     return Picture(
         name="factors",
         script="annealing",
@@ -123,14 +122,11 @@ def factors() -> Picture:
         ],
         caption="The paths of the estimate with four factors of μ. With the usual one it ends at"
         f" {end.x:.2f} after {len(end.history) - 1} solves, and 2 of 7 readings are kept.",
-        state={
-            "view": "path", "start": "seven", "z": readings, "kind": "tls", "c": c,
-            "factor": factor, "step": 10**6,
-        },
+        state=_ANNEALED | {"view": "path", "z": readings, "step": 10**6},
         answer={"factor": 1.1},
         data={"starts": _STARTS, "main": "factor"},
         still=_factors_still({f"factor {each:g}": run.history for each, run in runs.items()}),
-    )  # fmt: skip
+    )
 
 
 def basins() -> Picture:
@@ -182,27 +178,27 @@ def _basins_still(readings: Array, kernel: Kernel, history: Sequence[Step[float]
 
 
 @figure_style()
-def _annealing_still(c: float, steps: Sequence[Step[float]]) -> Figure:
+def _annealing_still(steps: Sequence[Step[float]]) -> Figure:
     """Return the cost of the seven readings at the μ of the second of two steps of a run."""
     before, after = steps
     readings, move = np.array(_SEVEN), (before.x, after.x)
     x = np.linspace(-4.0, 38.0, 211)
     figure, ax = plt.subplots(figsize=(5.6, 3.4))
     draw_stage(
-        ax, readings, x, tls_surrogate, c, float(after.mu or 0.0), move, kernel=kernels.tls(c)
+        ax, readings, x, tls_surrogate, _C, float(after.mu or 0.0), move, kernel=kernels.tls(_C)
     )
     ax.legend(loc="lower right", fontsize=9)
     return figure
 
 
 @figure_style()
-def _hardening_still(c: float, run: Sequence[Step[float]]) -> Figure:
+def _hardening_still(run: Sequence[Step[float]]) -> Figure:
     """Return the cost of the four readings at three solves of a run."""
     x = np.linspace(-3.0, 13.0, 321)
     figure, panels = plt.subplots(3, 1, sharex=True, figsize=(5.6, 4.4))
     for ax, solve in zip(panels, (1, 7, len(run) - 1), strict=True):
         mu, move = float(run[solve].mu or 0.0), (run[solve - 1].x, run[solve].x)
-        draw_stage(ax, _FOUR, x, gm_surrogate, c, mu, move)
+        draw_stage(ax, _FOUR, x, gm_surrogate, _C, mu, move)
         ax.set(xlabel="", ylabel="", yticks=[])
         ax.set_title(f"solve {solve}, μ = {mu:.3g}", loc="left")
     panels[-1].set(xlabel="x")

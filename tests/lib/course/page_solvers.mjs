@@ -52,14 +52,6 @@ const SOLVERS = {
     const ends = page.locationEnds(z, sigma, kernel, c, starts, { tol: 1e-14, times });
     return { cost, minima: page.minimaOf(cost), ...ends };
   },
-  graphs: ({ graph, poses }) => {
-    const made = page.makeGraph(graph);
-    return {
-      residuals: page.edgesAt(made, poses).residuals,
-      norms: page.graphResidualNorms(made, poses),
-      deadReckoning: page.deadReckoning(made),
-    };
-  },
   descents: ({ graph, start, weights, method, tol, limit }) =>
     page[method](page.makeGraph(graph), Float64Array.from(start), weights, tol, limit),
   covariances: ({ graph, poses, weights, numbers }) => ({
@@ -72,10 +64,6 @@ const SOLVERS = {
   },
   fleets: ({ graph, labels, c, options }) =>
     page.solveFleet(page.makeGraph(graph), labels, c, options),
-  metrics: ({ estimate, truth }) => ({
-    aligned: page.alignPoses(Float64Array.from(estimate), truth),
-    ate: page.ate(Float64Array.from(estimate), truth),
-  }),
   aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
   attacks: ({ data, state }) => {
     const { bent } = page.attackedMap(data, state);

@@ -42,8 +42,6 @@ SOLVERS = {
     "loop:annealed locations": (cases.annealed_location_cases, LINE),
     "landscapes": (cases.landscape_cases, LINE),
     "loop:lines": (cases.line_cases, LINE),
-    "metrics": (graphs.metric_cases, LINE),
-    "graphs": (graphs.graph_cases, LINE),
     "descents": (graphs.descent_cases, GRAPH),
     "loop:graphs": (graphs.loop_cases, GRAPH),
     "loop:labs": (labs.run_cases, GRAPH),

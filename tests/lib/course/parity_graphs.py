@@ -1,4 +1,4 @@
-"""Cases on pose graphs: residuals, descents, the loop, and fleets of robots."""
+"""Cases on pose graphs: descents, the loop, and fleets of robots."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from robust_slam.fleet import rounds
 from robust_slam.graphs import add_random_closures, circle, manhattan, se2
 from robust_slam.graphs import pose_graph as pg
 from robust_slam.graphs.generate import Noise
-from robust_slam.graphs.metrics import align, ate
-from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.problems import PoseGraphProblem
 
@@ -34,38 +32,6 @@ def as_given(graph: PoseGraph) -> dict[str, Any]:
         "information": graph.information,
         "trusted": graph.is_odometry,
     }
-
-
-def graph_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Residuals and dead reckoning, at random poses and at half turns."""
-    for k in range(60):
-        graph, poses = _graph(rng, k)
-        if k % 5 == 4:
-            poses = poses.copy()
-            poses[1:, 2] = rng.choice([np.pi, 0.0, -np.pi], size=graph.n - 1)
-        yield Case(
-            {"graph": as_given(graph), "poses": poses.ravel()},
-            {
-                "residuals": Angles(pg.residuals(graph, poses)),
-                "norms": pg.residual_norms(graph, poses),
-                "deadReckoning": Angles(dead_reckoning(graph))
-                if graph.odometry_joins_all
-                else None,
-            },
-        )
-
-
-def metric_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Errors of maps."""
-    for k in range(30):
-        n = 1 + k
-        truth = rng.normal(size=(n, 3)) * [5.0, 5.0, 2.0]
-        motion = rng.normal(size=3) * 3.0
-        estimate = se2.compose(motion, se2.compose(truth, 0.2 * rng.normal(size=(n, 3))))
-        yield Case(
-            {"estimate": estimate.ravel(), "truth": truth.ravel()},
-            {"aligned": Angles(align(estimate, truth)), "ate": ate(estimate, truth)},
-        )
 
 
 def descent_cases(rng: np.random.Generator) -> Iterator[Case]:

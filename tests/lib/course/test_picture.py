@@ -13,10 +13,9 @@ import pytest
 from matplotlib import pyplot as plt
 from robust_slam_course import pictures
 from robust_slam_course.canvas import bundle as bundling
-from robust_slam_course.canvas import notebook
+from robust_slam_course.canvas import notebook, still
 from robust_slam_course.canvas.bundle import bundle
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.canvas.still import Still, to_svg
 from robust_slam_course.quiz import ask
 from robust_slam_course.style import figure_style
 
@@ -138,7 +137,7 @@ def test_each_picture_is_small_and_has_its_words(name: str) -> None:
 
 def test_a_still_has_the_size_of_its_figure() -> None:
     figure = plt.figure(figsize=(3.0, 1.5))
-    still = Still(to_svg(figure))
-    assert still.size == (288, 144)
-    assert still.source.startswith("data:image/svg+xml")
+    svg = still.to_svg(figure)
+    assert still.size(svg) == (288, 144)
+    assert still.address(svg).startswith("data:image/svg+xml")
     assert not plt.fignum_exists(figure.number)

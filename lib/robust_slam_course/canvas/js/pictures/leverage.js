@@ -1,6 +1,5 @@
 import { KERNELS } from "../solve/kernels.js";
-import { lineLeverages } from "../solve/leverage.js";
-import { lineProblem } from "../solve/location.js";
+import { lineLeverages, lineProblem } from "../solve/location.js";
 import { irls } from "../solve/loop.js";
 import { numberText, putAxes, putCurve, roundTicks } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";

@@ -1,8 +1,7 @@
 import { KERNELS } from "../solve/kernels.js";
-import { minimaOf, sampledCost } from "../solve/landscapes.js";
+import { majoriser, minimaOf, sampledCost } from "../solve/landscapes.js";
 import { locationProblem } from "../solve/location.js";
 import { irls, STOP } from "../solve/loop.js";
-import { majoriser } from "../solve/majoriser.js";
 import { numberText, putAxes, putCurve } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { putMarker } from "../draw/marker.js";

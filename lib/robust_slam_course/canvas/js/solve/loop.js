@@ -8,7 +8,7 @@
  *   initial()         the least-squares solution, all weights 1; not needed with a start
  *   residualNorms(x)  the whitened residual norms (m,), at least 0
  *   solve(weights, x) the minimiser of Σ w u², started at x; null if it is not determined
- * A rule is an object with start, weight, rho, next and finished, as in `irls` below. The norms
+ * A rule is an object with start, weight, rho, next and finished, as `steadyRule` below. The norms
  * and weights that it is given are those of the untrusted measurements alone; `weight` and `rho`
  * are told the measurement's number, too.
  *
@@ -95,15 +95,14 @@ export function settle(problem, rule, result, tol) {
  * on a pose graph give tol = 1e-6, as the library does.
  */
 export function irls(problem, kernelName, c, x0 = null, options = {}) {
-  const kernel = KERNELS[kernelName];
-  const rule = {
-    start: () => null,
-    weight: (u) => kernel.weight(u, c),
-    rho: (u) => kernel.rho(u, c),
-    next: () => null,
-    finished: (weights, state, settled) => (settled ? STOP.converged : null),
-  };
-  return reweight(problem, rule, x0, options);
+  const { weight, rho } = KERNELS[kernelName];
+  return reweight(problem, steadyRule((u) => weight(u, c), (u) => rho(u, c)), x0, options);
+}
+
+/** Return the rule of weights and costs that stay the same functions until the norms have settled. */
+export function steadyRule(weight, rho) {
+  const finished = (weights, state, settled) => (settled ? STOP.converged : null);
+  return { start: () => null, weight, rho, next: () => null, finished };
 }
 
 function resultOf(history, stop) {

@@ -6,7 +6,7 @@
  *
  * Source: Sünderhauf and Protzel 2012 for the switches; the priors are derived in the labs.
  */
-import { reweight, STOP } from "./loop.js";
+import { reweight, steadyRule } from "./loop.js";
 
 const OFF = 1e-6; // the λ of a closure that its prior alone switches off
 
@@ -17,12 +17,8 @@ const OFF = 1e-6; // the λ of a closure that its prior alone switches off
 export function switchesWithPriors(problem, lambda, logOdds, start, options) {
   const first = problem.count - logOdds.length;
   const of = (k) => Math.max(OFF, lambda + 2 * logOdds[k - first]);
-  const rule = {
-    start: () => null,
-    weight: (u, state, k) => (of(k) / (of(k) + u * u)) ** 2,
-    rho: (u, k) => (0.5 * of(k) * u * u) / (of(k) + u * u),
-    next: () => null,
-    finished: (weights, state, settled) => (settled ? STOP.converged : null),
-  };
+  const rule = steadyRule(
+    (u, state, k) => (of(k) / (of(k) + u * u)) ** 2, (u, k) => (0.5 * of(k) * u * u) / (of(k) + u * u),
+  );
   return reweight(problem, rule, start, options);
 }
