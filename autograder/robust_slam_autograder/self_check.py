@@ -138,13 +138,8 @@ def _beside(path: Path) -> Path:
 
 def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:
     """Leave out the copies that a student made of a cell; in a source tree they are an error."""
-    seen: set[str] = set()
-    kept = []
-    for cell in cells:
-        if cell.grade_id is None or cell.grade_id not in seen:
-            kept.append(cell)
-        seen |= {cell.grade_id} if cell.grade_id else set()
-    return kept
+    first = {cell.grade_id: cell for cell in reversed(cells)}
+    return [cell for cell in cells if not cell.grade_id or first[cell.grade_id] is cell]
 
 
 def _released(folder: Path, path: Path) -> Path:

@@ -51,13 +51,13 @@ class Terms:
     """Modules that trusted processes need."""
 
 
-Graders = Callable[[Iterable[Task], Terms, int], Iterator[tuple[Task, Marked | Broken]]]
+Graders = Callable[[Terms, Iterable[Task], int], Iterator[tuple[Task, Marked | Broken]]]
 """Runs each task's next pass and gives the answers as they come; the tasks are taken one by one.
 The number says how many run at once; with 1 each is graded alone on its machine."""
 
 
 def processes(
-    tasks: Iterable[Task], terms: Terms, at_once: int
+    terms: Terms, tasks: Iterable[Task], at_once: int
 ) -> Iterator[tuple[Task, Marked | Broken]]:
     """Run each task's next pass in a trusted process of its own on this machine."""
     return trusted.run_each(
@@ -149,10 +149,7 @@ def grade(
     terms = Terms(run.seed, wall, tuple(preload(due)))
     at_once = min(workers, len(due))
     kept = Waiting(out / WAITING_NAME)
-
-    def run_pass(tasks: Iterable[Task], at_once: int) -> Iterator[tuple[Task, Marked | Broken]]:
-        return graders(tasks, terms, at_once)
-
+    run_pass = functools.partial(graders, terms)
     names = closing(naming) if naming is not None else contextlib.nullcontext()
     with names, closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
         for task, marked in graded:

@@ -28,7 +28,7 @@ OTHER_CODE = (
 
 
 def grade(
-    cluster: Cluster, tasks: Iterable[Task], terms: Terms, at_once: int
+    cluster: Cluster, terms: Terms, tasks: Iterable[Task], at_once: int
 ) -> Iterator[tuple[Task, Marked | Broken]]:
     """Run each task's next pass on a worker of the cluster that is fit for it.
 
@@ -90,5 +90,5 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> str | Broken | 
         return Unfit(f"the sandbox {wall_name} does not work there ({problem}): {fix}")
     may_have_children()
     task, seed, preloaded = pickle.loads(parcel)
-    ((_, answer),) = batch.processes([task], Terms(seed, wall, preloaded), 1)
+    ((_, answer),) = batch.processes(Terms(seed, wall, preloaded), [task], 1)
     return answer if isinstance(answer, Broken) else marked.as_text(answer)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -67,15 +67,6 @@ class Table:
             seen = traits.told(ends, passed, self.arguments, self.words, has_cut=has_cut)
         seen = seen or (aspects.told_at_last(pairs) if is_sure else "")
         return seen or (_errors(wrong) if is_one else "" if wrong else _BESIDES)
-
-    def as_data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        right = {
-            grade_id: {aspect: sorted(some) for aspect, some in found.items()}
-            for grade_id, found in self.right.items()
-        }
-        whole = {"labels": self.labels, "right": right}
-        return {**whole, "arguments": self.arguments, "words": self.words}
 
 
 def _is_right(found: Digests, right: Digests) -> bool:
@@ -162,8 +153,9 @@ def _changed(data: bytes, key: str) -> bytes:
 
 def write(path: Path, tables: Mapping[str, Table]) -> None:
     """Write the tables of an assignment's exercises."""
-    data = {name: table.as_data() for name, table in tables.items()}
-    path.write_text(json.dumps(data, separators=(",", ":"), sort_keys=True) + "\n", "utf-8")
+    data = {name: asdict(table) for name, table in tables.items()}
+    text = json.dumps(data, separators=(",", ":"), sort_keys=True, default=sorted)
+    path.write_text(f"{text}\n", "utf-8")
 
 
 def read(path: Path) -> dict[str, Table]:
@@ -177,12 +169,10 @@ def read(path: Path) -> dict[str, Table]:
 
 def _table(data: Mapping[str, Any]) -> Table:
     right = {
-        str(grade_id): {str(aspect): frozenset(map(str, some)) for aspect, some in found.items()}
+        grade_id: {aspect: frozenset(some) for aspect, some in found.items()}
         for grade_id, found in data["right"].items()
     }
-    labels = {str(place): str(text) for place, text in data["labels"].items()}
-    arguments, words = (tuple(map(str, data[name])) for name in ("arguments", "words"))
-    return Table(labels, right, arguments, words)
+    return Table(dict(data["labels"]), right, tuple(data["arguments"]), tuple(data["words"]))
 
 
 def arguments_of(function: object) -> tuple[str, ...]:
