@@ -1,4 +1,4 @@
-"""Each task in a fresh process, none of which outlives the batch."""
+"""Each task in a fresh process, none of which outlives the batch or prints what C prints."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 import psutil
 import pytest
 from robust_slam_autograder.executor import trusted
+from robust_slam_autograder.executor.guarded import guarded
 
 from tests.autograder.killing import kill, wait_until_empty
 
@@ -75,3 +76,8 @@ def test_tasks_are_taken_when_their_turn_comes() -> None:
 
     for done, answer in trusted.run_each(tasks(), float, at_once=1, seconds=lambda task: 60):
         assert answer == float(done) and taken[-1] == int(done)
+
+
+def test_what_c_prints_in_the_child_reaches_nobody(capfd: pytest.CaptureFixture[str]) -> None:
+    assert list(guarded(lambda: iter([os.write(1, b"LAPACK") + os.write(2, b"LAPACK")]))) == [12]
+    assert capfd.readouterr() == ("", "")

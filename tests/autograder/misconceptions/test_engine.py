@@ -14,7 +14,16 @@ from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
-from robust_slam_autograder.misconceptions import aspects, known, shapes, survey, tables, traits
+from robust_slam_autograder.misconceptions import (
+    aspects,
+    known,
+    shapes,
+    slips,
+    survey,
+    tables,
+    traits,
+    wider,
+)
 from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import FACT, WRITTEN, Candidate, chosen
 from robust_slam_autograder.misconceptions.known import Known
@@ -113,6 +122,27 @@ class Engine:
         typed = [Candidate(WRITTEN, "", source)]
         found = survey.shapes_of(self.setting, "double", lambda bench: typed, with_aspects=True)
         return next((self.table(*answers).sentence(shape) for _, shape in found), "")
+
+
+@pytest.mark.parametrize(
+    ("line", "becomes", "told"),
+    [
+        ("x**2", "x", "`x` is not squared where it should be"),
+        ("x - n", "n - x", "a difference is taken the other way round"),
+        ("np.sum(x * n)", "x * n", "a sum is not taken"),
+        ("np.sum(x**2)", "np.sum(x) ** 2", "a sum is squared where squares belong added up"),
+        ("np.max(x)", "x", ""),
+        ("np.arange(n)", "np.arange(n + 1)", slips.SENTENCES["one off"]),
+        ("x[n]", "x[n - 1]", slips.SENTENCES["one off"]),
+        ("x if n < 2 else 0", "x if n <= 2 else 0", slips.SENTENCES["boundary"]),
+    ],
+)
+def test_a_mutant_says_what_its_author_would_have_done_wrong(
+    line: str, becomes: str, told: str
+) -> None:
+    cell = "def f(x, n):\n    return {}\n"
+    said = {mutant.source: mutant.slip.sentence for mutant in wider.mutants(cell.format(line))}
+    assert said[cell.format(becomes)] == told
 
 
 @pytest.fixture(scope="module")
