@@ -13,6 +13,7 @@ comparison by evidence; Latif, Cadena and Neira 2013 for the question; the rest 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -186,12 +187,9 @@ def _fewer(drive: _Drive, search: Search, best: Candidate) -> tuple[Search, Cand
 
 def _settled(search: Search, poses: Array, tested: Array) -> Iterator[Candidate]:
     """Yield the candidate of the ``poses``, or nothing where kept edges do not join all."""
-    if search.deadline.passed:
-        return
-    try:
-        yield search.settle("slips", poses, tested)
-    except (Underdetermined, ValueError):
-        return
+    if not search.deadline.passed:
+        with suppress(ValueError):
+            yield search.settle("slips", poses, tested)
 
 
 def _freed(
