@@ -33,12 +33,11 @@ def draw_family(
     c: float,
     mus: Iterable[float],
     u: ArrayLike,
-    target: Callable[[ArrayLike], Array] | None = None,
+    target: Callable[[ArrayLike], Array],
 ) -> Axes:
     """Draw curve(u, c, μ) over u (n,) for each μ, over the broad band of what they end at."""
     grid = np.asarray(u, dtype=np.float64)
-    if target is not None:
-        ax.plot(grid, target(grid), "-", color=PALETTE["muted"], linewidth=_BAND, alpha=0.6)
+    ax.plot(grid, target(grid), "-", color=PALETTE["muted"], linewidth=_BAND, alpha=0.6)
     for look, mu in zip(LOOKS[1:], mus, strict=False):
         ax.plot(grid, curve(grid, c, mu), **look.line, label=f"μ = {mu:g}")
     ax.set(xlabel="whitened residual u")
@@ -116,23 +115,19 @@ def draw_paths(ax: Axes, runs: Mapping[str, Sequence[Step[float]]]) -> Axes:
 
 
 def draw_weight_history(
-    ax: Axes,
-    history: Sequence[Step[Any]],
-    is_outlier: ArrayLike | None = None,
-    shown: ArrayLike | None = None,
+    ax: Axes, history: Sequence[Step[Any]], is_outlier: ArrayLike, shown: ArrayLike
 ) -> Axes:
     """Draw each weight over the steps of a `Result.history`: outliers dashed, the others solid.
 
-    The masks `is_outlier` and `shown` (m,) mark the outliers, and the measurements to draw (all by
-    default). Step 0 is the start, with weights 1. Under each step stands its μ, if it has one.
+    The masks `is_outlier` and `shown` (m,) mark the outliers, and the measurements to draw.
+    Step 0 is the start, with weights 1. Under each step stands its μ, if it has one.
 
     Raises:
         ValueError: a mask does not have one entry for each weight.
     """
     weights = np.array([step.weights for step in history])
     m = weights.shape[1]
-    drawn = np.ones(m, dtype=bool) if shown is None else mask("shown", shown, m)
-    wrong = mask("is_outlier", is_outlier, m)
+    drawn, wrong = mask("shown", shown, m), mask("is_outlier", is_outlier, m)
     for name, label, chosen in (
         ("inlier", "inliers", drawn & ~wrong),
         ("outlier", "outliers", drawn & wrong),

@@ -24,7 +24,6 @@ from robust_slam.graphs import se2
 from tests.lib.course import parity_cases as cases
 from tests.lib.course import parity_certificates as certificates
 from tests.lib.course import parity_graphs as graphs
-from tests.lib.course import parity_labs as labs
 from tests.lib.course import parity_sets as sets
 from tests.lib.course.parity_cases import Angles, Case, Steps
 
@@ -44,9 +43,9 @@ SOLVERS = {
     "loop:lines": (cases.line_cases, LINE),
     "descents": (graphs.descent_cases, GRAPH),
     "loop:graphs": (graphs.loop_cases, GRAPH),
-    "loop:labs": (labs.run_cases, GRAPH),
-    "covariances": (labs.covariance_cases, GRAPH),
-    "priors": (labs.prior_cases, GRAPH),
+    "loop:labs": (graphs.run_cases, GRAPH),
+    "covariances": (graphs.covariance_cases, GRAPH),
+    "priors": (graphs.prior_cases, GRAPH),
     "aliases": (sets.alias_cases, LINE),
     "attacks": (sets.attack_cases, GRAPH),
     "fleets": (graphs.fleet_cases, GRAPH),

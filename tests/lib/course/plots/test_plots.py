@@ -77,7 +77,6 @@ CASES: dict[str, Draw] = {
     "family with its end": lambda ax: annealing.draw_family(
         ax, graduation.tls_surrogate, 2.0, (0.1, 1e6), U, TLS.rho
     ),
-    "family": lambda ax: annealing.draw_family(ax, graduation.tls_weight, 2.0, (0.1, 1.0, 3), U),
     "prices": lambda ax: annealing.draw_prices(
         ax, graduation.gm_process, graduation.gm_weight, 2.0, 3.0, (0.0, 1.0, 4.0)
     ),
@@ -152,8 +151,9 @@ CASES: dict[str, Draw] = {
     "sweep": lambda ax: sweeps.draw_sweep(ax, ["few", "many"], SCORES),
     "switch costs": lambda ax: switches.draw_switch_costs(ax, (1.0, 9.0), lam=1.0),
     "modes": lambda ax: switches.draw_modes(ax, NullHypothesis(0.9, 10.0, 1), u_max=5.0),
-    "weight history": lambda ax: annealing.draw_weight_history(ax, RUN, [False] * 3 + [True]),
-    "long weight history": lambda ax: annealing.draw_weight_history(ax, PATH),
+    "long weight history": lambda ax: annealing.draw_weight_history(
+        ax, PATH, [False] * 5, shown=[True] * 5
+    ),
     "some weights": lambda ax: annealing.draw_weight_history(
         ax, RUN, [False] * 3 + [True], shown=[True, False, False, False]
     ),
@@ -205,7 +205,7 @@ def test_a_drawing_shows_what_it_showed(case: str, ax) -> None:
         ("9 methods", lambda ax: sweeps.draw_sweep(ax, "1", {str(k): [[1.0]] for k in range(9)})),
         (
             r"shown: the shape is \(1,\); give \(4,\)",
-            lambda ax: annealing.draw_weight_history(ax, RUN, shown=[True]),
+            lambda ax: annealing.draw_weight_history(ax, RUN, [True] * 4, shown=[True]),
         ),
     ],
 )
