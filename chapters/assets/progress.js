@@ -240,7 +240,8 @@
     }
   }
   restore();
-  // A page that the browser took from its memory may be older than what is kept.
-  addEventListener("pageshow", (event) => event.persisted && restore());
+  // A page that the browser took from its memory may be older than what is kept, and to one that is
+  // gone back to it brings the choices of then.
+  addEventListener("pageshow", restore);
   addEventListener("storage", restore); // another tab has written
 })();

@@ -19,6 +19,8 @@ from tools import fonts
 ROOT = Path(__file__).parents[2]
 DRAWN = re.compile(r"(<(svg|math)\b[^>]*>).*?(?=</\2>)", re.DOTALL)
 """What is drawn is most of a page."""
+COLOURED = re.compile(r'<span class="\w{1,3}">([^<]*)</span>')
+"""A sign of code in its colour, of which there are thousands."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,14 @@ class Site:
     status: int
 
     def parsed(self, page: str) -> BeautifulSoup:
-        """A page without what is in its drawings and formulas, to be looked at alone."""
+        """A page without what is in its drawings and formulas and the colours of its code."""
         return _parsed(self.folder / f"{page}.html")
 
 
 @functools.lru_cache(12)  # the chapters and what leads to them
 def _parsed(path: Path) -> BeautifulSoup:
-    return BeautifulSoup(DRAWN.sub(r"\1", path.read_text("utf-8")), "html.parser")
+    text = COLOURED.sub(r"\1", DRAWN.sub(r"\1", path.read_text("utf-8")))
+    return BeautifulSoup(text, "html.parser")
 
 
 def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:

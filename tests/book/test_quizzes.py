@@ -157,16 +157,11 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     assert ticks(page) == [titled]
 
     page.goto(place(site, address, OTHER, "http"))
-    assert chosen(page) == 0
-    assert ticks(page) == [titled]
-    choose(questions(page)[0], "wrong")
-    page.reload()
-    assert page.locator(".rs-quiz .rs-incorrect:visible").count() == chosen(page) == 1
-
+    assert (chosen(page), ticks(page)) == (0, [titled])
     page.get_by_role("button", name="Forget my progress").click()
-    assert (chosen(page), ticks(page), page.evaluate(KEPT)) == (0, [], None)
+    assert (ticks(page), page.evaluate(KEPT)) == ([], None)
     expect(page.locator(".rs-forget [role=status]")).to_contain_text("are forgotten")
-    page.goto(place(site, address, ONE, "http"))
+    page.go_back()
     assert (chosen(page), ticks(page)) == (0, [])
     assert visit.complaints == visit.outside == []
 
