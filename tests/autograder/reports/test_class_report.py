@@ -68,11 +68,9 @@ class TestMarks:
         made = report(result(samples.PASSED), *others)
         assert (made.handed_in, made.graded, made.refused, made.failed) == (3, 1, 1, 1)
         assert made.marks.students == 1
-
-    def test_where_nothing_was_graded_there_are_no_marks(self):
-        made = report(samples.refused("No.", student="b"))
-        assert (made.marks, made.time, made.exercises) == (None, None, ())
-        assert [kind.name for kind in made.attention] == ["Refused"]
+        nothing = report(*others[:1])
+        assert (nothing.marks, nothing.time, nothing.exercises) == (None, None, ())
+        assert [kind.name for kind in nothing.attention] == ["Refused"]
 
 
 EASIER = exercise("double", "passed", case("by-hand", visible=True), case("random"))
