@@ -25,7 +25,7 @@ from robust_slam_autograder.publishing.files import tracked
 from robust_slam_autograder.publishing.public import publish
 
 from tests.assignments import answers
-from tests.runtime.made import RUNTIME, look_for_the_runtime
+from tests.runtime.conftest import RUNTIME, look_for_the_runtime
 
 pytestmark = pytest.mark.long
 

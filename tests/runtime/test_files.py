@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.runtime.made import RUNTIME, needs_runtime
+from tests.runtime.conftest import RUNTIME, needs_runtime
 from tools.runtime import __main__ as door
 from tools.runtime import pyodide, wheels
 from tools.runtime.pyodide import RuntimeUnavailable

@@ -20,7 +20,7 @@ from tests import jupyterlab
 from tests.assignments import answers
 from tests.book.taking_hold import PICTURE, follows
 from tests.chromium import page_in, served, visiting
-from tests.runtime.made import RUNTIME, look_for_the_runtime
+from tests.runtime.conftest import RUNTIME, look_for_the_runtime
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
 

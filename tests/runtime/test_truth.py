@@ -19,7 +19,7 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.publishing.student_release import release
 
 from tests.assignments import answers
-from tests.runtime.made import RUNTIME, needs_runtime
+from tests.runtime.conftest import RUNTIME, needs_runtime
 
 pytestmark = [needs_runtime, pytest.mark.long]
 
