@@ -11,7 +11,7 @@ import os
 
 import pytest
 from hypothesis import HealthCheck, settings
-from robust_slam_autograder.sandbox import BACK_ENDS
+from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox
 
 from tests import kernel
 from tests.quick import Quick
@@ -35,6 +35,17 @@ def leave_out(reason: str) -> None:
     if os.environ.get("ROBUST_SLAM_STRICT"):
         pytest.fail(f"STRICT: {reason}", pytrace=False)
     pytest.skip(reason)
+
+
+def working(back_end: str) -> Sandbox:
+    """A back end that works; where the kernel supports it and it does not, the test fails."""
+    wall = BACK_ENDS[back_end]
+    problem = wall.problem()
+    if problem is not None and kernel.supports(back_end):
+        pytest.fail(f"The kernel supports {back_end}, but it does not work: {problem}", False)
+    if problem is not None:
+        leave_out(f"{back_end} does not work here: {problem}")
+    return wall
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

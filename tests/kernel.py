@@ -38,21 +38,6 @@ def supports(back_end: str) -> bool:
     return {"fork": _namespaces, "landlock": _landlock}[back_end]()
 
 
-def working(back_end: str) -> Sandbox:
-    """A back end that works; where the kernel supports it and it does not, the test fails."""
-    import pytest  # other interpreters come without it
-
-    from tests.conftest import leave_out
-
-    wall = BACK_ENDS[back_end]
-    problem = wall.problem()
-    if problem is not None and supports(back_end):
-        pytest.fail(f"The kernel supports {back_end}, but it does not work: {problem}", False)
-    if problem is not None:
-        leave_out(f"{back_end} does not work here: {problem}")
-    return wall
-
-
 @cache
 def quickest() -> Sandbox:
     """What starts student code with the least work here, for tests of something else than walls.

@@ -14,6 +14,7 @@ from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import kernel, sample_class
 from tests.assignments import answers
+from tests.conftest import working
 from tests.operate_page import clone, page
 from tests.operate_page.page import Command, File, Step
 from tests.operate_page.terminal import Said, Terminal
@@ -195,7 +196,7 @@ def follower(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
 ) -> Iterator[Reader]:
     """With ``--soak`` the reader's `make course` builds the book, as `make test` has done."""
-    kernel.working(next(iter(kernel.usable() or BACK_ENDS)))
+    working(next(iter(kernel.usable() or BACK_ENDS)))
     someone = Reader(
         tmp_path_factory.mktemp("instructor"), with_book=not request.config.getoption("--soak")
     )

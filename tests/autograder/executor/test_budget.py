@@ -16,6 +16,7 @@ from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests import kernel
 from tests.autograder.sessions import started
+from tests.conftest import working
 
 ROOT = Path(__file__).resolve().parents[3]
 FOR_EVER = 1e6
@@ -100,7 +101,7 @@ def test_each_back_end_counts_work_and_no_sleep(
     back_end: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)
-    wall = Unsandboxed() if back_end == "none" else kernel.working(back_end)
+    wall = Unsandboxed() if back_end == "none" else working(back_end)
     with started(CODE, names=NAMES, limits=SHORT, wall=wall) as session:
         names = session.bindings()
         assert names["sleep"](0.3) is None

@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import kernel
 from tests.autograder import correct, toy
 from tests.autograder.hostile import batch, catalogue, leaks, verdict
 from tests.autograder.hostile.batch import SEED, Report
 from tests.autograder.hostile.entry import Entry
 from tests.autograder.hostile.target import Target, load
+from tests.conftest import working
 
 pytestmark = pytest.mark.long
 
@@ -37,7 +37,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture(scope="module")
 def report(wall_name: str, assignment: str) -> Report:
     """What became of a batch of all submissions, hostile and correct."""
-    kernel.working(wall_name)
+    working(wall_name)
     return batch.attack(assignment, wall_name)
 
 

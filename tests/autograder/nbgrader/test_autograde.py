@@ -21,9 +21,9 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests import kernel
 from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
+from tests.conftest import working
 
 pytestmark = pytest.mark.sandbox
 
@@ -118,7 +118,7 @@ class Done:
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
-    kernel.working(wall_name)
+    working(wall_name)
     course = course_of.make(tmp_path_factory.mktemp("course"))
     for student, value in notebooks(course).items():
         course_of.hand_in(course, student, value)

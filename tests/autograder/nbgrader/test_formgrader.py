@@ -16,9 +16,10 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.grading import journal
 from robust_slam_autograder.publishing.student_release import release
 
-from tests import jupyterlab, kernel
+from tests import jupyterlab
 from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
+from tests.conftest import working
 
 pytestmark = pytest.mark.long
 
@@ -40,7 +41,7 @@ class Class:
 
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
-    kernel.working(wall_name)
+    working(wall_name)
     course = tmp_path_factory.mktemp("class")
     toy.make_tree(course)
     (course / "autograder").mkdir()

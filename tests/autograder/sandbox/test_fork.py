@@ -15,9 +15,9 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.sandbox import Fork, Launch
 from robust_slam_autograder.sandbox.fork import Forked
 
-from tests import kernel
 from tests.autograder.killing import lives, wait_for
 from tests.autograder.sandbox.probing import LAUNCH, processes_of
+from tests.conftest import working
 
 pytestmark = pytest.mark.sandbox
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.sandbox
 @pytest.fixture(scope="module")
 def wall() -> Fork:
     """A fork server of these tests' own."""
-    kernel.working("fork")
+    working("fork")
     return Fork()
 
 
