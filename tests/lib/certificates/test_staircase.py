@@ -9,7 +9,7 @@ from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import rounded, solve_certified
-from robust_slam.graphs import se3
+from robust_slam.graphs import PoseGraph, se3
 
 from tests.lib.certificates.dense import data_matrix, marginalised
 from tests.lib.worlds import assert_same_poses, ring
@@ -38,6 +38,17 @@ def test_where_the_relaxation_is_not_tight_the_bound_is_closer_than_before():
     assert record.cost <= before.cost * (1.0 + 1e-12)
     assert 0.0 < record.bound < 0.1 * before.bound
     assert record.lower_bound < chordal_cost(graph, poses)
+
+
+@pytest.mark.long
+def test_where_no_climb_lowers_the_cost_the_relaxation_is_loose():
+    n, rng = 30, np.random.default_rng(0)
+    steps = se3.exp(0.2 * rng.normal(size=(n, 6)))
+    edges = [(k, (k + 1) % n) for k in range(n)]
+    graph = PoseGraph(n, edges, steps, [np.eye(6)] * n, np.arange(n) < n - 1)
+    _, record = solve_certified(graph, np.stack([se3.identity()] * n))
+    assert record.verdict is Verdict.NOT_CERTIFIED and record.stop is Stop.LOOSE
+    assert 0.0 < record.bound < 0.1 * record.cost
 
 
 def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
