@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from xml.etree import ElementTree as ET
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from IPython.core.getipython import get_ipython
@@ -213,7 +214,9 @@ def test_only_a_build_of_the_book_gets_elements_of_a_page(
     shell = InteractiveShell.instance()
     try:
         assert get_ipython() is shell
+        mpl.rcParams["svg.hashsalt"] = None
         style.use_style()
+        assert mpl.rcParams["svg.hashsalt"] == "robust-slam"
         data, _ = shell.display_formatter.format(panels(1, 1))
         assert data["image/svg+xml"].startswith("<div class=") is for_a_page
         assert "<svg" in data["image/svg+xml"]

@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import matplotlib as mpl
 import pytest
 from matplotlib import pyplot as plt
 from robust_slam import palette
@@ -18,7 +17,7 @@ from robust_slam.estimators.kernels import KERNELS
 from robust_slam.palette import COLOURS, LINESTYLES, MARKERS, PALETTE
 from robust_slam_course.canvas.still import to_svg
 from robust_slam_course.plots.kernels import kernel_look
-from robust_slam_course.style import LOOKS, STYLE, figure_style, site_colours, use_style
+from robust_slam_course.style import LOOKS, STYLE, figure_style, site_colours
 
 from tests.lib.course.contrast import contrast, luminance
 
@@ -37,7 +36,8 @@ def test_every_colour_has_the_contrast_that_graphics_or_letters_need(name: str, 
     assert found >= least, f"colours.toml: {name} on a {page} page has {found:.1f}, not {least}"
 
 
-def test_letters_are_drawn_in_these_colours_alone() -> None:
+def test_letters_are_drawn_in_these_colours_alone_and_the_ground_is_the_themes() -> None:
+    assert "--rs-ground" not in site_colours()
     settings = ("text.color", "axes.labelcolor", "xtick.color", "ytick.color")
     assert {STYLE[key] for key in settings} <= {COLOURS[name].light for name in LETTERS}
 
@@ -93,10 +93,6 @@ def test_a_colour_is_changed_in_one_place(tmp_path: Path) -> None:
     assert done.stdout.split("\n") == ["True False"] * 5 + [""]
 
 
-def test_the_ground_of_a_page_is_the_themes() -> None:
-    assert "--rs-ground" not in site_colours()
-
-
 def test_a_colour_that_is_none_is_named() -> None:
     with pytest.raises(ValueError, match=r"colours.toml: ink is .*; write each shade as #rrggbb"):
         palette._colours('ink = { light = "black", dark = "#ffffff" }')
@@ -131,12 +127,6 @@ def test_no_kernel_is_taken_for_an_inlier_or_an_outlier() -> None:
     for look in LOOKS:
         assert look.color not in {PALETTE["inlier"], PALETTE["outlier"]}
         assert look.marker not in {MARKERS["outlier"], "D"}
-
-
-def test_use_style_lasts() -> None:
-    with mpl.rc_context():
-        use_style()
-        assert mpl.rcParams["svg.hashsalt"] == "robust-slam"
 
 
 def draw() -> str:

@@ -2,7 +2,6 @@ import { htmlElement, makeControl, valuesWithin } from "./controls.js";
 import { Glide } from "./glide.js";
 import { lightTwins, linkText, linkWords } from "./lighting.js";
 import { stateFromHash, stateToHash } from "./link.js";
-import { offerToShow, predictionOf } from "./prediction.js";
 import { KEYS_STAY, Scene, setAttributes } from "./scene.js";
 import { stageHeight } from "./stage.js";
 
@@ -183,4 +182,20 @@ function frame(el, texts, spec, change, calm) {
     predictionOf(el, texts.question), parts.stage, row(isMain), parts.caption, parts.spoken, parts.more,
   );
   return parts;
+}
+
+/** The question of a picture: on a page the one that stands there, else one made of `html`. */
+function predictionOf(el, html) {
+  const template = document.createElement("template");
+  template.innerHTML = html ?? "";
+  return el.querySelector(".rs-predict") ?? template.content.firstElementChild;
+}
+
+/** Put a button into each answer that calls `show`, which brings the picture where it is seen. */
+function offerToShow(el, show) {
+  for (const acts of el.querySelectorAll(".rs-predict .rs-acts")) {
+    const button = htmlElement("button", { type: "button", "data-show": true, ...KEYS_STAY }, "Show it");
+    button.addEventListener("click", show);
+    acts.prepend(button, " ");
+  }
 }

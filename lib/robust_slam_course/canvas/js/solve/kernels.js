@@ -8,56 +8,45 @@
  * Source: as `robust_slam.estimators.kernels` and `robust_slam.estimators.graduation`.
  */
 
-/** The squared kernel ρ = u²/2 of least squares; c has no effect. */
-const squaredKernel = {
-  label: "squared",
-  rho: (u, c) => 0.5 * u * u,
-  psi: (u, c) => u,
-  weight: (u, c) => 1,
-};
-
-/** Huber 1964: u²/2 up to |u| = c and c(|u| − c/2) beyond. */
-const huberKernel = {
-  label: "Huber",
-  rho(u, c) {
-    const size = Math.abs(u);
-    return size <= c ? 0.5 * size * size : c * (size - 0.5 * c);
-  },
-  psi: (u, c) => Math.min(Math.max(u, -c), c),
-  weight: (u, c) => c / Math.max(Math.abs(u), c),
-};
-
-/** Cauchy: ρ = (c²/2) ln(1 + u²/c²). */
-const cauchyKernel = {
-  label: "Cauchy",
-  rho: (u, c) => 0.5 * c * c * Math.log1p((u / c) ** 2),
-  psi: (u, c) => u / (1 + (u / c) ** 2),
-  weight: (u, c) => 1 / (1 + (u / c) ** 2),
-};
-
-/** Geman and McClure 1985: ρ = (u²/2)/(1 + u²/c²), bounded by c²/2. */
-const gemanMcClureKernel = {
-  label: "Geman–McClure",
-  rho: (u, c) => (0.5 * u * u) / (1 + (u / c) ** 2),
-  psi: (u, c) => gemanMcClureKernel.weight(u, c) * u,
-  weight: (u, c) => 1 / (1 + (u / c) ** 2) ** 2,
-};
-
-/** Truncated least squares: ρ = min(u², c²)/2. */
-const tlsKernel = {
-  label: "TLS",
-  rho: (u, c) => 0.5 * Math.min(Math.abs(u), c) ** 2,
-  psi: (u, c) => (Math.abs(u) <= c ? u : 0),
-  weight: (u, c) => (Math.abs(u) <= c ? 1 : 0),
-};
-
 /** The kernels of the pictures by the names that the library gives them. */
 export const KERNELS = {
-  squared: squaredKernel,
-  huber: huberKernel,
-  cauchy: cauchyKernel,
-  "geman-mcclure": gemanMcClureKernel,
-  tls: tlsKernel,
+  /** The squared kernel ρ = u²/2 of least squares; c has no effect. */
+  squared: { label: "squared", rho: (u, c) => 0.5 * u * u, psi: (u, c) => u, weight: (u, c) => 1 },
+
+  /** Huber 1964: u²/2 up to |u| = c and c(|u| − c/2) beyond. */
+  huber: {
+    label: "Huber",
+    rho(u, c) {
+      const size = Math.abs(u);
+      return size <= c ? 0.5 * size * size : c * (size - 0.5 * c);
+    },
+    psi: (u, c) => Math.min(Math.max(u, -c), c),
+    weight: (u, c) => c / Math.max(Math.abs(u), c),
+  },
+
+  /** Cauchy: ρ = (c²/2) ln(1 + u²/c²). */
+  cauchy: {
+    label: "Cauchy",
+    rho: (u, c) => 0.5 * c * c * Math.log1p((u / c) ** 2),
+    psi: (u, c) => u / (1 + (u / c) ** 2),
+    weight: (u, c) => 1 / (1 + (u / c) ** 2),
+  },
+
+  /** Geman and McClure 1985: ρ = (u²/2)/(1 + u²/c²), bounded by c²/2. */
+  "geman-mcclure": {
+    label: "Geman–McClure",
+    rho: (u, c) => (0.5 * u * u) / (1 + (u / c) ** 2),
+    psi: (u, c) => u / (1 + (u / c) ** 2) ** 2,
+    weight: (u, c) => 1 / (1 + (u / c) ** 2) ** 2,
+  },
+
+  /** Truncated least squares: ρ = min(u², c²)/2. */
+  tls: {
+    label: "TLS",
+    rho: (u, c) => 0.5 * Math.min(Math.abs(u), c) ** 2,
+    psi: (u, c) => (Math.abs(u) <= c ? u : 0),
+    weight: (u, c) => (Math.abs(u) <= c ? 1 : 0),
+  },
 };
 
 /**
@@ -81,12 +70,12 @@ export function tlsSurrogate(u, c, mu) {
 
 /** Return the weight (μc²/(u² + μc²))² of the Geman–McClure surrogate (Yang 2020, (12)). */
 export function gmWeight(u, c, mu) {
-  return gemanMcClureKernel.weight(u, c * Math.sqrt(mu));
+  return KERNELS["geman-mcclure"].weight(u, c * Math.sqrt(mu));
 }
 
 /** Return the Geman–McClure surrogate ½ μc²u²/(μc² + u²): the kernel itself at μ = 1. */
 export function gmSurrogate(u, c, mu) {
-  return gemanMcClureKernel.rho(u, c * Math.sqrt(mu));
+  return KERNELS["geman-mcclure"].rho(u, c * Math.sqrt(mu));
 }
 
 /** Return √(μ(μ+1)) as √μ √(μ+1), which does not overflow. */
