@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from nbgrader.api import Gradebook
-from robust_slam_autograder import cli
+from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.nbgrader import database, recording
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
@@ -142,6 +142,12 @@ def test_a_reader_that_closes_the_pipe_causes_no_traceback():
         process.stdout.close()
         assert process.stderr.read() == b""
     assert process.returncode == 1
+
+
+def test_without_a_sandbox_nothing_is_graded(autograder, monkeypatch):
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
+    status, _, err = autograder("grade", ADA, "--out", "out")
+    assert status == 2 and "--unsandboxed" in err
 
 
 def test_a_place_that_cannot_be_written_is_named(course, grade):

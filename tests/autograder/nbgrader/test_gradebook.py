@@ -104,8 +104,11 @@ def test_what_a_person_entered_is_never_lost(database):
     with Gradebook(url_of(database)) as book:
         book.find_comment("why", toy.NAME, toy.NAME, "ada").manual_comment = "Nearly."
         book.db.commit()
-    for again in (samples.refused("why"), marked("ada", [0] * 4)):
-        gradebook.record(database, [with_text()], [again])
+    value = course.source_notebook()
+    value["cells"].append(toy.test_cell("assert double(1) == 2", "double-one", 7))
+    more = toy.assignment(value=value)
+    for again in (samples.refused("why"), marked("ada", [0] * 5, more)):
+        gradebook.record(database, [more], [again])
         assert course.rows(database, "score")["ada"]["why"] == 2
         assert course.rows(database, "comment")["ada"]["why"] == "Nearly."
 
