@@ -64,7 +64,8 @@ def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
 def run(paths: list[str], kept: str, timeout: float) -> None:
     """Run the notebooks that are not in the cache at ``kept``, a cell for ``timeout`` seconds."""
     cache = get_cache(kept)
-    for path in paths:
+    # From the last one on: the appendices take longest, and no core waits for one in the end.
+    for path in sorted(paths, reverse=True):
         cache.add_nb_to_project(path)
     load_executor("local-parallel", cache).run_and_cache(filter_uris=paths, timeout=timeout)
 

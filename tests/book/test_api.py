@@ -14,7 +14,7 @@ from chapters._ext import notebooks
 from tests.book import prose
 
 PAGE = prose.CHAPTERS / "api.md"
-MODULES = {"cli", "drawing", "progress", "solver"}
+MODULES = {"breaking", "cli", "drawing", "progress", "solver"}
 FOLDERS = (
     "estimators",
     "graphs",
