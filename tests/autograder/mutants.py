@@ -216,12 +216,15 @@ def copy(folder: Path) -> Path:
 
 
 def main(words: Sequence[str]) -> int:
-    """Try the mutants; exit status 1 where one is not caught."""
+    """Try the mutants; exit status 1 where one is not caught, 2 where the words name none."""
     chosen = [
         mutant
         for mutant in MUTANTS
         if not words or any(word in f"{mutant.file} {mutant.caught_by}" for word in words)
     ]
+    if not chosen:
+        print(f"No mutant's file or test contains {' or '.join(words)}.", file=sys.stderr)
+        return 2
     with tempfile.TemporaryDirectory() as name:
         Path(name).chmod(0o755)  # student code is another user
         folder = copy(Path(name))
