@@ -123,7 +123,11 @@ def _stack(position: Array, angle: Array) -> Array:
 def _complex_product(a: Array, b: Array, v: Array) -> Array:
     """Return [[a, −b], [b, a]] v, the product (a + ib) v of complex numbers."""
     x, y = v[..., 0], v[..., 1]
-    return np.stack([a * x - b * y, b * x + a * y], axis=-1)
+    real = a * x - b * y
+    # Written in place: on small graphs np.stack would take longer than the arithmetic.
+    product = np.empty((*real.shape, 2))
+    product[..., 0], product[..., 1] = real, b * x + a * y
+    return product
 
 
 def _rotate(angle: Array, v: Array) -> Array:
@@ -132,9 +136,11 @@ def _rotate(angle: Array, v: Array) -> Array:
 
 def _affine(a: Array, b: Array, x: Array, y: Array) -> Array:
     """Return [[a, −b, x], [b, a, y], [0, 0, 1]]."""
-    zero, one = np.zeros_like(a), np.ones_like(a)
-    entries = np.stack([a, -b, x, b, a, y, zero, zero, one], axis=-1)
-    return entries.reshape(*a.shape, 3, 3)
+    matrix = np.zeros((*a.shape, 3, 3))
+    matrix[..., 0, 0] = matrix[..., 1, 1] = a
+    matrix[..., 0, 1], matrix[..., 1, 0] = -b, b
+    matrix[..., 0, 2], matrix[..., 1, 2], matrix[..., 2, 2] = x, y, 1.0
+    return matrix
 
 
 def _half_cotangent(angle: Array) -> Array:
