@@ -102,12 +102,13 @@ def _drive(n: int, side: int, rng: np.random.Generator) -> Array:
 
 def _turned(at: Array, facing: int, length: float, rng: np.random.Generator) -> int:
     """Return the heading after a crossing, in quarter turns; the robot stays inside."""
-    for turn in [*rng.permutation([0, 1, 3]), 2]:
-        heading = int(facing + turn) % 4
-        after = at + _CORRIDOR * _AHEAD[heading]
-        if np.all((after >= -1e-6) & (after <= length + 1e-6)):
-            return heading
-    return facing
+    headings = (int(facing + turn) % 4 for turn in [*rng.permutation([0, 1, 3]), 2])
+    after = ((heading, at + _CORRIDOR * _AHEAD[heading]) for heading in headings)
+    return next(heading for heading, spot in after if _is_inside(spot, length))
+
+
+def _is_inside(spot: Array, length: float) -> bool:
+    return bool(np.all((spot >= -1e-6) & (spot <= length + 1e-6)))
 
 
 def _closures(truth: Array, odometry: Indices, count: int, rng: np.random.Generator) -> Indices:

@@ -93,7 +93,7 @@ def _twisted_ring() -> tuple[Array, Array]:
 def _certificate_still(eigenvalues: Array) -> Figure:
     """Return the twisted ring and the spectrum of its certificate."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(5.6, 3.2))
-    draw_ring(left, np.radians(_TWISTED), turn=0.0)
+    draw_ring(left, np.radians(_TWISTED))
     draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
     right.legend(loc="upper right", fontsize=9)
     return figure

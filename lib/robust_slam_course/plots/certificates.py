@@ -45,10 +45,10 @@ def draw_spectrum(ax: Axes, eigenvalues: ArrayLike) -> Axes:
     return ax
 
 
-def draw_ring(ax: Axes, angles: ArrayLike, turn: float) -> Axes:
+def draw_ring(ax: Axes, angles: ArrayLike) -> Axes:
     """Draw headings (n,) in rad on a ring, and at each edge by how many degrees it is missed.
 
-    Each pose is measured to be turned by `turn` (rad) from the one before it.
+    Each pose is measured to have the heading of the one before it.
 
     Raises:
         ValueError: the angles are not a list of finite numbers.
@@ -64,7 +64,7 @@ def draw_ring(ax: Axes, angles: ArrayLike, turn: float) -> Axes:
     style = {"arrowstyle": "-|>", "color": PALETTE["estimate"], "linewidth": 2.0, "shrinkA": 0}
     for place, tip in zip(spot, spot + arrow, strict=True):
         ax.annotate("", tip, place, arrowprops=style)
-    missed = np.degrees(se2.wrap(np.roll(heading, -1) - heading - turn))
+    missed = np.degrees(se2.wrap(np.roll(heading, -1) - heading))
     for k, misfit in enumerate(missed):
         middle = around[k] + np.pi / n
         place = (1.32 * np.cos(middle), 1.32 * np.sin(middle))

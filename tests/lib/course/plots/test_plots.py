@@ -94,8 +94,8 @@ CASES: dict[str, Draw] = {
     "spectrum": lambda ax: certificates.draw_spectrum(ax, [0.0, 3.0, -1.0, 5.0, 1e-9, -1e-9]),
     "spectrum of large ones": lambda ax: certificates.draw_spectrum(ax, [1e6, 2.0]),
     "spectrum of small ones": lambda ax: certificates.draw_spectrum(ax, [1e-6, 2e-7]),
-    "ring": lambda ax: certificates.draw_ring(ax, [0.0, np.pi / 2, np.pi], turn=np.pi / 6),
-    "ring with a nought": lambda ax: certificates.draw_ring(ax, [0, -1e-9, -0.7], turn=0),
+    "ring": lambda ax: certificates.draw_ring(ax, [0.0, np.pi / 2, np.pi]),
+    "ring with a nought": lambda ax: certificates.draw_ring(ax, [0, -1e-9, -0.7]),
     "gaps": lambda ax: certificates.draw_gaps(ax, [0.1, 0.2, 0.3], GAPS, ["A", "B"]),
     "climb": lambda ax: certificates.draw_climb(
         ax, [[9.0], [9.0, 5.0, 4.0], [4.0, -1e-17]], ranks=(2, 3, 4)
