@@ -56,12 +56,8 @@ class CpuClock:
 
 def _last_started(pid: int) -> int:
     """Return the end of a chain of processes, of which each has started the next."""
-    try:
-        # psutil would read of each process of the machine who has started it.
-        started = Path("/proc", str(pid), "task", str(pid), "children").read_text().split()
-    except OSError:  # not Linux, or without this file
-        started = [str(process.pid) for process in watch.descendants(pid)]
-    return _last_started(int(started[-1])) if started else pid
+    started = watch.children(pid)
+    return _last_started(started[-1]) if started else pid
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,9 @@ from robust_slam_autograder.sandbox.terms import MEMORY_BYTES, PROCESSES
 
 
 def test_all_descendants_are_found() -> None:
-    code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'input()'])"
+    start = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'input()'])"
+    # Its first thread has started nothing.
+    code = f"import threading; threading.Thread(target=exec, args=({start!r}, {{}})).start()"
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE) as process:
         while len(found := watch.descendants(process.pid)) < 1:
             pass
