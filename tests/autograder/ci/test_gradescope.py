@@ -148,20 +148,6 @@ def submit(container: Path) -> Submit:
     return run
 
 
-@pytest.mark.sandbox
-def test_a_submission_has_its_marks_in_gradescopes_format(submit, wall_name):
-    value = submit(toy.answer())
-    assert value["score"] == toy.MOST
-    assert sum(test["max_score"] for test in value["tests"]) == toy.MOST
-    shown = {test["name"]: test["visibility"] for test in value["tests"]}
-    assert shown == {
-        "double: by-hand": "visible",
-        "double: random": "after_published",
-        "apply: by-hand": "visible",
-        "apply: twice": "after_published",
-    }
-
-
 def curious(container: Path) -> dict[str, Any]:
     """A submission that looks around, and is wrong where it finds something."""
     source = CURIOUS.replace("ROOT", str(container))
@@ -182,27 +168,29 @@ def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
         leave_out("this kernel has no Landlock")
     value = submit(curious(container), before=before)
     assert value["score"] == toy.MOST
-
-
-@pytest.mark.sandbox
-def test_what_it_looks_like_is_told_when_marks_are_published(submit, wall_name):
-    value = submit(toy.answer(double="def double(x):\n    return 4 * np.asarray(x)\n"))
-    (told,) = [test for test in value["tests"] if test["name"] == "double: what it looks like"]
-    assert told["output"] == "It looks as if what comes back is twice what it should be."
-    assert told["visibility"] == "after_published" and "score" not in told
+    assert sum(test["max_score"] for test in value["tests"]) == toy.MOST
+    shown = {test["name"]: test["visibility"] for test in value["tests"]}
+    assert shown == {
+        "double: by-hand": "visible",
+        "double: random": "after_published",
+        "apply: by-hand": "visible",
+        "apply: twice": "after_published",
+    }
 
 
 @pytest.mark.sandbox
 def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     submit, container, wall_name
 ):
-    # The seed is drawn here, and of five numbers none is negative for one seed in 32.
-    wrong = toy.answer(double="def double(x):\n    return 2 * np.round(x)\n")
-    value = submit(wrong)
-    assert value["score"] == toy.MOST - 6
-    (failed,) = [test for test in value["tests"] if test.get("status") == "failed"]
+    value = submit(toy.answer(double="def double(x):\n    return 4 * np.asarray(x)\n"))
+    assert value["score"] == toy.MOST - 10
+    seen, failed = [test for test in value["tests"] if test.get("status") == "failed"]
+    assert seen["visibility"] == "visible"
     assert failed["visibility"] == "after_published"
     assert failed["output"] == "Try negative numbers."
+    (told,) = [test for test in value["tests"] if test["name"] == "double: what it looks like"]
+    assert told["output"] == "It looks as if what comes back is twice what it should be."
+    assert told["visibility"] == "after_published" and "score" not in told
     notebook = Handed(data=(container / "submission" / f"{toy.NAME}.ipynb").read_bytes())
     seed = gradescope.seed_of((container / "source" / "seed").read_bytes(), notebook)
     assert not [text for text in toy.hidden_inputs(seed) if text in json.dumps(value)]
