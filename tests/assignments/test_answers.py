@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.grading import wording
 from robust_slam_autograder.grading.results import ExerciseResult
-from robust_slam_autograder.misconceptions import shapes
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.assignment import Assignment
@@ -32,13 +31,6 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "seed" in metafunc.fixturenames:
         soak = metafunc.config.getoption("--soak")
         metafunc.parametrize("seed", SEEDS if soak else SEEDS[:1])
-
-
-@pytest.fixture(autouse=True)
-def without_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No mark depends on what a failed case looks like: that takes a third of the time."""
-    monkeypatch.setattr(shapes, "seen_by", lambda trace, salt: shapes.Seen())
-    monkeypatch.setattr(shapes, "passed_by", lambda trace: {})
 
 
 @cache

@@ -81,7 +81,7 @@ def passed(name: str, answer: Answer, town: int) -> list[str]:
 def test_an_answer_has_the_same_mark_whatever_the_number(
     name: str, answer: Answer, request: pytest.FixtureRequest
 ) -> None:
-    numbers = students(100 if request.config.getoption("--soak") else 3)
+    numbers = students(100 if request.config.getoption("--soak") else 4)
     marks = {tuple(passed(name, answer, town)) for town in numbers}
     assert len(marks) == 1
     if answer.is_right:
