@@ -19,8 +19,6 @@ SOCKET_BYTES = 2 * 212_992
 """What a socket may hold: the kernel's default, which student code cannot raise, and a message."""
 SECONDS = 0.2
 """How often somebody should look."""
-
-
 _HAS_LISTS = Path("/proc/thread-self/children").exists()
 """Whether the kernel lists the processes that each thread has started."""
 
@@ -39,7 +37,7 @@ def descendants(pid: int) -> list[psutil.Process]:
 
 
 def children(pid: int) -> list[int]:
-    """Return the process ids of what a process has started, the last one last."""
+    """Return the process ids of what a process has started, those of a thread in their order."""
     if _HAS_LISTS:
         lists = Path("/proc", str(pid), "task").glob("*/children")
         return [int(child) for each in lists for child in _read(each).split()]

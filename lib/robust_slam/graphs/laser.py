@@ -102,9 +102,8 @@ def _drive(n: int, side: int, rng: np.random.Generator) -> Array:
 
 def _turned(at: Array, facing: int, length: float, rng: np.random.Generator) -> int:
     """Return the heading after a crossing, in quarter turns; the robot stays inside."""
-    headings = (int(facing + turn) % 4 for turn in [*rng.permutation([0, 1, 3]), 2])
-    after = ((heading, at + _CORRIDOR * _AHEAD[heading]) for heading in headings)
-    return next(heading for heading, spot in after if _is_inside(spot, length))
+    headings = [int(facing + turn) % 4 for turn in [*rng.permutation([0, 1, 3]), 2]]
+    return next(each for each in headings if _is_inside(at + _CORRIDOR * _AHEAD[each], length))
 
 
 def _is_inside(spot: Array, length: float) -> bool:
