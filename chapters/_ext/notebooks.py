@@ -41,10 +41,13 @@ from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
 from sphinx.transforms import SphinxTransform
 
+from . import names
+
 FIGURE = '<div class="rs-figure"'
 """How a figure begins that the course's style draws while the book is built."""
 BAR = re.compile(r"(?m)^\s*(?:>>>|\.\.\.).*|``.*?``|(\|)")
 """A bar of a docstring, or an example and code, in which bars stay."""
+ROOT = Path(__file__).parents[2]
 CACHE = ".jupyter_cache"
 """Where executed notebooks are kept, beside the site."""
 MERGE = render.coalesce_streams
@@ -62,7 +65,12 @@ def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
 
 
 def run(paths: list[str], kept: str, timeout: float) -> None:
-    """Run the notebooks that are not in the cache at ``kept``, a cell for ``timeout`` seconds."""
+    """Run the notebooks that are not in the cache at ``kept``, a cell for ``timeout`` seconds.
+
+    What their names stand for after each cell is kept beside it, as ``names`` tells.
+    """
+    os.environ["PYTHONSTARTUP"] = str(Path(__file__).with_name("start_kernel.py"))
+    os.environ[names.FOLDER] = str(Path(kept, names.BESIDE))
     cache = get_cache(kept)
     # From the last one on: the appendices take longest, and no core waits for one in the end.
     for path in sorted(paths, reverse=True):
@@ -78,12 +86,22 @@ def follow(app: Sphinx, config: Config) -> None:
     config.nb_execution_cache_path = str(cache)
 
 
+def run_here(paths: list[Path]) -> Path:
+    """Run notebooks of this course as its book does; return where their names are kept."""
+    os.environ[figures.BUILD] = "1"
+    settings = yaml.safe_load((ROOT / "_config.yml").read_text("utf-8"))["execute"]
+    kept = ROOT / "build" / "_build" / CACHE / library(ROOT)
+    run([str(path) for path in paths], str(kept), settings["timeout"])
+    return kept / names.BESIDE
+
+
 def library(root: Path) -> str:
     """Return a name for all that the notebooks of a course read."""
     here = [name for name in datasets.SHOWN if datasets.is_here(name)]
     found = Path(root, "lib").rglob("*.*")
     read = [path for path in found if path.suffix in {".py", ".js", ".css", ".csv"}]
     read += Path(root, "chapters/data").glob("*.csv")
+    read.append(Path(names.__file__))
     return _digest(read, here)
 
 
@@ -210,8 +228,4 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    os.environ[figures.BUILD] = "1"
-    root = Path(__file__).parents[2]
-    allowed = yaml.safe_load((root / "_config.yml").read_text("utf-8"))["execute"]["timeout"]
-    found = sorted(map(str, (root / "chapters").glob("*.ipynb")))
-    run(found, str(root / "build" / "_build" / CACHE / library(root)), allowed)
+    run_here(sorted((ROOT / "chapters").glob("*.ipynb")))

@@ -36,10 +36,15 @@ class Chapter:
         return {cell["id"]: cell.source for cell in self._notebook.cells}
 
     @property
+    def programs(self) -> dict[str, str]:
+        """The source of each cell with code."""
+        cells = (cell for cell in self._notebook.cells if cell.cell_type == "code")
+        return {cell["id"]: cell.source for cell in cells}
+
+    @property
     def code(self) -> dict[str, str]:
         """The source of each cell with code, but for those that show a live picture."""
-        cells = (cell for cell in self._notebook.cells if cell.cell_type == "code")
-        return {cell["id"]: cell.source for cell in cells if "pictures." not in cell.source}
+        return {name: text for name, text in self.programs.items() if "pictures." not in text}
 
     @cached_property
     def text(self) -> str:

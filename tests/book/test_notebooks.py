@@ -10,9 +10,14 @@ import nbformat
 import pytest
 from jupyter_cache import get_cache
 
-from chapters._ext import notebooks
+from chapters._ext import names, notebooks
 
 PRINTS = "print({0}); open('runs.txt', 'a').write('{0} ')"
+DEFINES = """
+import functools, matplotlib.pyplot as plt
+sizes, drawn, cannot = [3], plt.figure(), open("runs.txt")
+total = functools.cache(lambda x: x + sum(sizes))
+"""
 SOURCES = {"one": PRINTS.format(1), "two": PRINTS.format(2), "fails": "1 / 0"}
 
 
@@ -45,3 +50,19 @@ def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> N
     write(paths["one"], PRINTS.format(3))
     notebooks.execute(None, book, ["one", "two", "text"])  # type: ignore[arg-type]
     assert sorted((tmp_path / "runs.txt").read_text().split()) == ["1", "2", "3"]
+
+
+def test_names_are_kept_as_they_were_after_each_cell(tmp_path: Path) -> None:
+    sources = (DEFINES, "", "sizes.append(4)")
+    cells = [nbformat.v4.new_code_cell(source) for source in sources]
+    kernel = {"kernelspec": {"display_name": "Python 3", "name": "python3"}}
+    page, cache = tmp_path / "page.ipynb", tmp_path / "cache"
+    (tmp_path / "runs.txt").touch()
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), page)
+    notebooks.run([str(page)], str(cache), 60)
+    first, blank, last = map(dict, names.kept(cache / names.BESIDE, sources))
+    assert first["sizes"] == blank["sizes"] == [3] and first["total"](2) == 5
+    assert last["sizes"] == [3, 4]
+    assert first["drawn"] is None and "cannot" not in first
+    with pytest.raises(FileNotFoundError):
+        list(names.kept(cache / names.BESIDE, ["sizes = []"]))
