@@ -79,7 +79,7 @@ class _Keeper(cloudpickle.Pickler):  # type: ignore[misc]
 
 
 def _pickled(value: object) -> bytes | None:
-    """Return a value as bytes, or nothing where it cannot be kept, as an open file."""
+    """Return a value as bytes, or nothing where it cannot be kept, as a lock."""
     data = io.BytesIO()
     try:
         _Keeper(data).dump(value)

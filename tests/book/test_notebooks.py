@@ -14,8 +14,8 @@ from chapters._ext import names, notebooks
 
 PRINTS = "print({0}); open('runs.txt', 'a').write('{0} ')"
 DEFINES = """
-import functools, matplotlib.pyplot as plt
-sizes, drawn, cannot = [3], plt.figure(), open("runs.txt")
+import functools, threading, matplotlib.pyplot as plt
+sizes, drawn, cannot = [3], plt.figure(), threading.Lock()
 total = functools.cache(lambda x: x + sum(sizes))
 """
 SOURCES = {"one": PRINTS.format(1), "two": PRINTS.format(2), "fails": "1 / 0"}
@@ -57,7 +57,6 @@ def test_names_are_kept_as_they_were_after_each_cell(tmp_path: Path) -> None:
     cells = [nbformat.v4.new_code_cell(source) for source in sources]
     kernel = {"kernelspec": {"display_name": "Python 3", "name": "python3"}}
     page, cache = tmp_path / "page.ipynb", tmp_path / "cache"
-    (tmp_path / "runs.txt").touch()
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), page)
     notebooks.run([str(page)], str(cache), 60)
     first, blank, last = map(dict, names.kept(cache / names.BESIDE, sources))
