@@ -100,7 +100,7 @@ soak: ## the long tests: every sandbox and user, long fuzzing, a published book,
 	@echo 'make soak runs the long tests, for hours.'
 	@$(install)
 	$(BIN)/python -m tests.assignments.seeds
-	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
+	$(BIN)/pytest -q --depth soak tests/autograder tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_doors.py tests/test_readme.py tests/runtime \
 		tests/students_page tests/operate_page tests/book tests/lib/test_breaking.py
 	@# The public course, as a repository of its own.

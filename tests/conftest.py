@@ -1,7 +1,7 @@
 """What every test may use: the sandbox, which is never silently left out under STRICT.
 
-Properties are tested on the same inputs each time, with ``--quick`` on few of them; ``--soak``
-tries new ones, twenty times as many.
+Properties are tested on the same inputs each time, with ``--depth quick`` on few of them;
+``--depth soak`` tries new ones, twenty times as many.
 """
 
 from __future__ import annotations
@@ -10,24 +10,16 @@ import gc
 import os
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import settings
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox
 
-from tests import kernel
-from tests.quick import Quick
+from tests import depth, kernel
 
 # What is imported and collected stays: to look through it for garbage again and again would take
 # a tenth of each process's time.
 gc.disable()
 
 pytest_plugins = ["tests.chromium"]
-
-_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
-settings.register_profile("normal", deadline=None, derandomize=True, suppress_health_check=_SLOW)
-settings.register_profile("quick", settings.get_profile("normal"), max_examples=10)
-settings.register_profile(
-    "soak", settings.get_profile("normal"), derandomize=False, max_examples=2000, print_blob=True
-)
 
 
 def leave_out(reason: str) -> None:
@@ -49,21 +41,19 @@ def working(back_end: str) -> Sandbox:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--soak``: every back end in place of one, and many more inputs."""
+    """``--depth``, which is everything but what takes hours unless it is given."""
     parser.addoption(
-        "--soak", action="store_true", help="run with every sandbox back end, and fuzz for longer"
-    )
-    parser.addoption(
-        "--quick", action="store_true", help="leave out what starts a process or takes long"
+        "--depth", choices=list(depth.LEFT_OUT), default="all", help="how much is asked"
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Choose how many inputs properties are tested on."""
-    quick = config.getoption("--quick")
-    settings.load_profile("soak" if config.getoption("--soak") else "quick" if quick else "normal")
-    if quick:
-        config.pluginmanager.register(Quick(), "quick")
+    """Choose the tests, and on how many inputs properties are tested."""
+    name = config.getoption("depth")
+    settings.load_profile(name)
+    config.pluginmanager.register(depth.Depth(name))
+    if name == "quick":
+        config.pluginmanager.register(depth.Watch())
 
 
 def pytest_collection_finish() -> None:
@@ -72,19 +62,9 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Begin with long files; keep for ``--soak`` what takes minutes and is tested elsewhere."""
-    # Long files begin first, so that no process is left alone with one at the end.
-    items.sort(key=lambda item: item.get_closest_marker("long") is None)
-    if not config.getoption("--soak"):
-        long = [item for item in items if item.get_closest_marker("soak")]
-        config.hook.pytest_deselected(items=long)
-        items[:] = [item for item in items if item not in long]
-
-
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """A test that asks for ``wall_name`` runs with the first back end of this machine, or all."""
     if "wall_name" in metafunc.fixturenames:
         usable = kernel.usable()
-        names = usable if metafunc.config.getoption("--soak") else usable[:1]
+        names = usable if depth.is_soak(metafunc.config) else usable[:1]
         metafunc.parametrize("wall_name", names or list(BACK_ENDS), scope="session")

@@ -17,6 +17,7 @@ from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Sandbox, choose
 
+from tests import depth
 from tests.assignments import answers
 from tests.assignments.mutation.bare_fork import BareFork
 from tests.autograder import toy
@@ -24,12 +25,12 @@ from tests.autograder import toy
 pytestmark = pytest.mark.long
 
 SEEDS = (1, 20_260_101, 987_654_321, *range(101, 118))
-"""All of them with ``--soak``, else the first: more would take longer than all other tests."""
+"""All of them in ``make soak``, else the first: more would take longer than all other tests."""
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "seed" in metafunc.fixturenames:
-        soak = metafunc.config.getoption("--soak")
+        soak = depth.is_soak(metafunc.config)
         metafunc.parametrize("seed", SEEDS if soak else SEEDS[:1])
 
 

@@ -15,6 +15,7 @@ from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.labelled import Answer
 
+from tests import depth
 from tests.assignments import answers, reference
 
 SECRET = "5e" * 32
@@ -81,7 +82,7 @@ def passed(name: str, answer: Answer, town: int) -> list[str]:
 def test_an_answer_has_the_same_mark_whatever_the_number(
     name: str, answer: Answer, request: pytest.FixtureRequest
 ) -> None:
-    numbers = students(100 if request.config.getoption("--soak") else 4)
+    numbers = students(100 if depth.is_soak(request.config) else 4)
     marks = {tuple(passed(name, answer, town)) for town in numbers}
     assert len(marks) == 1
     if answer.is_right:

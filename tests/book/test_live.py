@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 from robust_slam_course import pictures as course
 
-from tests import jupyterlab
+from tests import depth, jupyterlab
 from tests.book.conftest import ROOT
 from tests.book.taking_hold import PICTURE, follows, pictures
 from tests.chromium import Opener
@@ -57,9 +57,9 @@ def notebook_of(names: list[str], path: Path) -> None:
 def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
     browser: Browser, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """Some of the pictures, which have one frame; with ``--soak`` all."""
+    """Some of the pictures, which have one frame; in ``make soak`` all."""
     path = tmp_path / "pictures.ipynb"
-    names = sorted(set(course.__all__))[:: 1 if request.config.getoption("--soak") else 5]
+    names = sorted(set(course.__all__))[:: 1 if depth.is_soak(request.config) else 5]
     notebook_of(names, path)
     variables = jupyterlab.environment(tmp_path / "home")
     with (

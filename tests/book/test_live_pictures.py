@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, expect
 from robust_slam_course.pictures import basins, majoriser
 
+from tests import depth
 from tests.book.alone import leave_alone
 from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, Site, place
 from tests.book.taking_hold import (
@@ -191,10 +192,10 @@ def test_nothing_leaves_its_panel_or_covers_a_label(
 ) -> None:
     """In the first state, at both ends of each control, and with a handle in each corner.
 
-    The last on the phone, where there is least room, and with ``--soak`` at the desk too.
+    The last on the phone, where there is least room, and in ``make soak`` at the desk too.
     """
     visit, look = opened
-    with_handles = look is PHONE or request.config.getoption("--soak")
+    with_handles = look is PHONE or depth.is_soak(request.config)
     for picture in pictures(visit.page):
         assert picture.evaluate(EXTREMES, with_handles) == []
 

@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Browser, ViewportSize
 
 from chapters._ext import look
+from tests import depth
 from tests.book.conftest import NOTEBOOKS, PAGES, Site
 from tests.book.test_accessible import assert_open_to_all
 from tests.chromium import Opener, Visit, visiting
@@ -131,12 +132,12 @@ class EveryPage:
     def test_nothing_is_wider_than_any_window_with_every_box_open(
         self, visit: Visit, site: Site, request: pytest.FixtureRequest
     ) -> None:
-        """Of some widths, and with ``--soak`` of each."""
+        """Of some widths, and in ``make soak`` of each."""
         page = visit.page
         page.evaluate("document.querySelectorAll('details').forEach(box => { box.open = true; })")
         wider = {}
         widths = narrowest((site.folder / "_static" / look.STYLE).read_text("utf-8"))
-        soak = request.config.getoption("--soak")
+        soak = depth.is_soak(request.config)
         for width in widths if soak else some_of(widths, page.url.rpartition("/")[2]):
             page.set_viewport_size({"width": width, "height": 800})
             wider[width] = page.evaluate(TOO_WIDE)

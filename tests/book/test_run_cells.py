@@ -24,7 +24,7 @@ from tests.conftest import leave_out
 RUN = Path(__file__).with_name("engine") / "run_cells.mjs"
 CACHE = ROOT / "build" / "_build" / ".jupyter_cache"
 SHORT = "02-four-costs"
-"""The chapter that ``make test`` runs; ``--soak`` runs all."""
+"""The chapter that ``make test`` runs; ``make soak`` runs all."""
 KINDS = ("text/html", "image/svg+xml", "image/png", "text/markdown", "text/plain")
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 

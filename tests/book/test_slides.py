@@ -20,7 +20,7 @@ from tools.slides.__main__ import install, make
 from tools.slides.deck import Source
 
 QUICK = (("00", 1280), ("08", 1024))
-"""Decks to look through at a width; with ``--soak`` all are, at both."""
+"""Decks to look through at a width; in ``make soak`` all are, at both."""
 NOTEBOOKS = [ROOT / f"{page}.ipynb" for page in CHAPTERS]
 SIZES = {1280: 720, 1024: 768}
 """Of a projector: the width and the height."""

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests import kernel, sample_class
+from tests import depth, kernel, sample_class
 from tests.assignments import answers
 from tests.conftest import working
 from tests.operate_page import clone, page
@@ -195,10 +195,10 @@ class Reader:
 def follower(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
 ) -> Iterator[Reader]:
-    """With ``--soak`` the reader's `make course` builds the book, as `make test` has done."""
+    """In ``make soak`` the reader's `make course` builds the book, as `make test` has done."""
     working(next(iter(kernel.usable() or BACK_ENDS)))
     someone = Reader(
-        tmp_path_factory.mktemp("instructor"), with_book=not request.config.getoption("--soak")
+        tmp_path_factory.mktemp("instructor"), with_book=not depth.is_soak(request.config)
     )
     yield someone
     someone.terminal.close()

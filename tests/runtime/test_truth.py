@@ -1,6 +1,6 @@
 """`check` says in the browser what the command says, of right answers and of wrong ones.
 
-Two assignments in each run of the tests, all ten with ``--soak``. The browser's Python runs in
+Two assignments in each run of the tests, all ten in ``make soak``. The browser's Python runs in
 Node here, which is quicker than a browser and runs the same files.
 """
 
@@ -18,6 +18,7 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.publishing.student_release import release
 
+from tests import depth
 from tests.assignments import answers
 from tests.runtime.conftest import RUNTIME, needs_runtime
 
@@ -52,9 +53,9 @@ def hand_in(folder: Path, name: str, released: Path, sources: Mapping[str, str])
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Two assignments; with ``--soak`` all."""
+    """Two assignments; in ``make soak`` all."""
     if "name" in metafunc.fixturenames:
-        names = NAMES if metafunc.config.getoption("--soak") else QUICK
+        names = NAMES if depth.is_soak(metafunc.config) else QUICK
         metafunc.parametrize("name", names)
 
 
@@ -62,7 +63,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Notebooks with answers, in folders ``<assignment>.<which>``."""
     folder, released = tmp_path_factory.mktemp("answers"), tmp_path_factory.mktemp("released")
-    names = NAMES if request.config.getoption("--soak") else QUICK
+    names = NAMES if depth.is_soak(request.config) else QUICK
     release(answers.SOLUTIONS, names, released)
     for name in names:
         hand_in(folder / f"{name}.right", name, released, {})

@@ -24,7 +24,7 @@ from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatu
 from robust_slam_autograder.grading.tasks import Handed
 from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
-from tests import as_user
+from tests import as_user, depth
 from tests.autograder import toy
 from tests.autograder.ci import running
 from tests.autograder.publishing import world
@@ -87,8 +87,8 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def container(archive: Path, request: pytest.FixtureRequest) -> Path:
-    """``/autograder`` when the image is built; with ``--soak`` it installs from the network."""
-    offline = not request.config.getoption("--soak")
+    """``/autograder`` when the image is built; in ``make soak`` it installs from the network."""
+    offline = not depth.is_soak(request.config)
     # Not among pytest's own folders, which other users may not enter.
     root = Path(tempfile.mkdtemp(prefix="gradescope-")) / "autograder"
     root.parent.chmod(0o755)

@@ -19,7 +19,7 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS
 from robust_slam_autograder.publishing.student_release import release
 
-from tests import npm
+from tests import depth, npm
 from tests.as_user import ROOT
 from tests.autograder import toy
 from tests.autograder.ci import running
@@ -169,8 +169,8 @@ def solve(path: Path, source: str) -> None:
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Runner:
-    """A fresh machine; with ``--soak`` it installs from the network."""
-    offline = not request.config.getoption("--soak")
+    """A fresh machine; in ``make soak`` it installs from the network."""
+    offline = not depth.is_soak(request.config)
     return Runner(tmp_path_factory.mktemp("machine"), offline=offline)
 
 

@@ -1,6 +1,6 @@
 """Hostile submissions: none gains a mark, learns a secret, harms a neighbour or stops a batch.
 
-The suite runs against any assignment: here against the toy, with ``--soak`` against all of the
+The suite runs against any assignment: here against the toy, in ``make soak`` against all of the
 course's too.
 """
 
@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests import depth
 from tests.autograder import correct, toy
 from tests.autograder.hostile import batch, catalogue, leaks, verdict
 from tests.autograder.hostile.batch import SEED, Report
@@ -28,9 +29,9 @@ pytestmark = pytest.mark.long
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """One assignment, or with ``--soak`` all."""
+    """One assignment, or in ``make soak`` all."""
     if "assignment" in metafunc.fixturenames:
-        more = batch.course_assignments() if metafunc.config.getoption("--soak") else []
+        more = batch.course_assignments() if depth.is_soak(metafunc.config) else []
         metafunc.parametrize("assignment", [toy.NAME, *more], scope="module")
 
 

@@ -37,7 +37,7 @@ def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     "words",
     [
         pytest.param(["tests/autograder/sandbox/test_sandbox.py"], marks=pytest.mark.sandbox),
-        pytest.param(["--soak", "tests/autograder/hostile"], marks=pytest.mark.soak),
+        pytest.param(["--depth=soak", "tests/autograder/hostile"], marks=pytest.mark.soak),
     ],
     ids=["every wall stands", "no attack succeeds"],
 )
