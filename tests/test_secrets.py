@@ -357,6 +357,7 @@ class TestPublicCourse:
         named = {found for text in texts for found in re.findall(r"git\+([^@\s]*)@", text)}
         assert named == {ADDRESS}
 
+    @pytest.mark.rest
     def test_its_tests_can_all_be_collected_and_those_of_the_house_pass(
         self, public: Path
     ) -> None:

@@ -16,6 +16,8 @@ from tests.assignments.mutation.report import Report
 from tests.assignments.mutation.run import Verdict
 from tests.assignments.planted import NAME, plant
 
+pytestmark = pytest.mark.rest
+
 SOLUTION = """\
 def size(u):
     ### BEGIN SOLUTION

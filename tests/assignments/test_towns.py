@@ -18,6 +18,8 @@ from robust_slam_autograder.reading.labelled import Answer
 from tests import depth
 from tests.assignments import answers, reference
 
+pytestmark = pytest.mark.rest
+
 SECRET = "5e" * 32
 SECONDS = 20
 WITH_TOWN = ("05-gnc", "08-showcase", "09-capstone")

@@ -15,6 +15,8 @@ from robust_slam.graphs.generate import manhattan
 
 from tests.conftest import leave_out
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(name="speed")
 def module_beside_gtsam() -> ModuleType:

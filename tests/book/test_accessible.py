@@ -10,7 +10,7 @@ from playwright.sync_api import Page
 from tests.book.conftest import Site
 from tests.chromium import Opener
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 WORDS_OF_BUTTONS = "rules: {'label-content-name-mismatch': {enabled: true}}"
 """What a button is called holds what is written on it: a rule that axe-core leaves out."""

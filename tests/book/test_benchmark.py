@@ -99,6 +99,7 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     ],
     ids=str,
 )
+@pytest.mark.rest
 def test_what_the_solver_loses_it_had_found_and_it_warns(world: World) -> None:
     if world.graph not in GENERATED and not is_here(world.graph):
         leave_out(f"{world.graph} is not on this machine")
@@ -167,6 +168,7 @@ def test_the_heat_map_without_scripts_is_of_all_worlds_the_best_method_first(
 
 
 @pytest.mark.browser
+@pytest.mark.rest
 def test_tabs_and_chips_choose_what_the_heat_map_shows_and_a_cell_says_its_number(
     results: Results, site: Site, open_page: Opener
 ) -> None:

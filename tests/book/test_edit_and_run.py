@@ -263,6 +263,7 @@ def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Aske
         ("undefined", False),
     ],
 )
+@pytest.mark.rest
 def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
     connection: str, is_fetched: bool, server: tuple[str, Asked], browser: Chromium
 ) -> None:
@@ -328,6 +329,7 @@ def test_the_labs_are_done_and_their_exercises_solved(
 
 
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)
+@pytest.mark.rest
 def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
     page = visit
     cell = page.locator(".cell:has(.rs-run button:visible):has(.output.stream)").first
@@ -355,6 +357,7 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
     assert complaints(page, COLOURS) == set()
 
 
+@pytest.mark.rest
 def test_every_shown_cell_has_a_button_or_says_why_not(
     server: tuple[str, Asked], browser: Chromium
 ) -> None:

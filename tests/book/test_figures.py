@@ -99,6 +99,7 @@ class TestPage(test_pages.EveryPage):
         assert visit.page.locator(".rs-run").count() == 0
 
 
+@pytest.mark.rest
 class TestFigures:
     """What holds for the figures of every page."""
 

@@ -14,7 +14,7 @@ import pytest
 from tools.data import graduation
 from tools.data.graduation import CLAIMS, COLUMNS, KINDS, NOISES, PERCENTS, SEEDS, World
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 TEXT = files("robust_slam_course.pictures").joinpath("graduation.csv").read_text(encoding="utf-8")
 ROWS = list(csv.DictReader(line for line in TEXT.splitlines() if not line.startswith("#")))

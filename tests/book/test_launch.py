@@ -17,6 +17,8 @@ from matplotlib.image import imread
 
 from chapters._ext import finding
 
+pytestmark = pytest.mark.rest
+
 ROOT = Path(__file__).parents[2]
 SETTINGS = (ROOT / "_config.yml").read_text(encoding="utf-8")
 NAME = "Maps & Robots"

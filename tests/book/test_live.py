@@ -17,7 +17,7 @@ from tests.book.conftest import ROOT
 from tests.book.taking_hold import PICTURE, follows, pictures
 from tests.chromium import Opener
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 CHAPTER = ROOT / "chapters" / "02-four-costs.ipynb"
 QUIZ = """from robust_slam_course.quiz import Option, Question, Quiz

@@ -86,7 +86,10 @@ class Look:
 DESK, PHONE = Look("http", "light", 1280), Look("file", "dark", 390)
 
 
-OPENED = {look: [(page, look) for page in WITH_PICTURES] for look in (DESK, PHONE)}
+OPENED = {
+    look: [pytest.param((page, look), marks=pytest.mark.rest) for page in WITH_PICTURES]
+    for look in (DESK, PHONE)
+}
 """The same objects for all tests, so that pytest opens each page once."""
 DESKS, PHONES = (
     pytest.mark.parametrize("opened", each, indirect=True, ids=WITH_PICTURES, scope="module")

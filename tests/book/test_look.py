@@ -77,6 +77,7 @@ def visit(
 
 
 @pytest.mark.browser
+@pytest.mark.rest
 class TestVisit:
     """What holds for a page that a server sends."""
 
@@ -103,6 +104,7 @@ class TestVisit:
 
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.rest
 def test_nothing_moves_when_the_progress_is_shown(
     width: int, address: str, browser: Browser
 ) -> None:
@@ -127,6 +129,7 @@ def test_letters_beside_their_column_are_found(style: str, crooked: int, browser
 
 @pytest.mark.browser
 @pytest.mark.parametrize("name", [CHAPTERS[0], CHAPTERS[8], "chapters/labs"])
+@pytest.mark.rest
 def test_what_a_picture_draws_does_not_style_the_page_again(
     name: str, site: Site, browser: Browser
 ) -> None:

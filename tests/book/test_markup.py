@@ -134,6 +134,7 @@ def test_a_head_cell_with_a_formula_is_one_line(site: Site, open_page: Opener) -
 
 
 @pytest.mark.browser
+@pytest.mark.rest
 def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(
     site: Site, open_page: Opener
 ) -> None:
@@ -153,6 +154,7 @@ def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(
 
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.rest
 def test_a_citation_shows_what_it_cites_by_mouse_and_keyboard(
     width: int, site: Site, open_page: Opener
 ) -> None:

@@ -12,7 +12,7 @@ from pypdf import PdfReader
 from tests.book.conftest import Site
 from tests.chromium import Opener, visiting
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 CHAPTER = "chapters/03-irls"
 WIDTHS = "all => all.map(each => each.getBoundingClientRect().width)"

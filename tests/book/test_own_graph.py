@@ -90,6 +90,7 @@ def too_precise(graph: PoseGraph) -> PoseGraph:
     return replace(graph, information=100.0 * graph.information)
 
 
+@pytest.mark.long
 class TestTheDoctor:
     @pytest.mark.parametrize(
         ("fault", "words"),
@@ -221,6 +222,7 @@ def saved(page: Page, name: str, folder: Path) -> Path:
 
 
 @pytest.mark.browser
+@pytest.mark.rest
 class TestThePage:
     def test_a_file_becomes_a_map_that_can_be_asked_and_saved(
         self, visit: Visit, town: PoseGraph, tmp_path: Path

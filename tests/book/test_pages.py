@@ -129,6 +129,7 @@ class EveryPage:
         for script in (TOO_WIDE, IMAGES_OUT, KNOBS_OUT, CUT_FORMULAS, LONELY_PUNCTUATION):
             assert page.evaluate(script) == []
 
+    @pytest.mark.rest
     def test_nothing_is_wider_than_any_window_with_every_box_open(
         self, visit: Visit, site: Site, request: pytest.FixtureRequest
     ) -> None:
@@ -143,6 +144,7 @@ class EveryPage:
             wider[width] = page.evaluate(TOO_WIDE)
         assert not any(wider.values()), wider
 
+    @pytest.mark.rest
     def test_on_a_desk_it_is_open_to_all(self, visit: Visit) -> None:
         visit.page.set_viewport_size(DESK)
         assert_open_to_all(visit.page)
@@ -152,6 +154,7 @@ class TestPage(EveryPage):
     """The notebooks are opened with their figures."""
 
 
+@pytest.mark.rest
 def test_what_is_too_wide_is_found_and_paper_is_white(site: Site, open_page: Opener) -> None:
     address = (site.folder / "chapters" / "03-irls.html").as_uri()
     page = open_page(address, color_scheme="dark", viewport=PHONE).page

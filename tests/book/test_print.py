@@ -21,7 +21,7 @@ from tests.conftest import leave_out
 from tools.print.__main__ import book, places, write
 from tools.print.book import Book
 
-pytestmark = [pytest.mark.browser, pytest.mark.long]
+pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.rest]
 FEW = ["chapters/00-one-lie", "chapters/how-large-a-map", "chapters/cheat-sheet"]
 ID = re.compile(r'<[a-z][^<>]*\sid="([^"]*)"')
 LEAD = re.compile(r'<a\b[^<>]*\shref="#([^"]*)"')

@@ -15,7 +15,7 @@ from tests.book.test_quizzes import KEPT, REFUSED
 from tests.chromium import Visit, page_in, visiting
 from tests.conftest import leave_out
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 ASSETS = ROOT / "chapters" / "assets"
 SCRIPT = "".join((ASSETS / f"{name}.js").read_text("utf-8") for name in ("element", "progress"))

@@ -118,6 +118,7 @@ def numbers(text: str) -> set[str]:
 
 @each_way
 @each_section
+@pytest.mark.rest
 def test_every_number_of_the_text_was_printed(section: Section, here: bool, page) -> None:
     shown = page(section, here)
     assert CHANGED not in shown.printed

@@ -14,7 +14,7 @@ from tests.book.conftest import CHAPTERS, Site, place
 from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
 from tests.chromium import Opener, visiting
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 ONE, OTHER = CHAPTERS[-1], CHAPTERS[0]
 VERDICT = re.compile(r"(✓ Right\.|✗ No\.) .+", re.S)

@@ -124,6 +124,7 @@ def run(python: Path, name: str) -> list[dict[str, Any]]:
         for name in (Path(page).name for page in NOTEBOOKS)
     ],
 )
+@pytest.mark.rest
 def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name: str, python: Path) -> None:
     book, results = stored(name), run(python, name)
     wrong = []

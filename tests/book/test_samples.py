@@ -7,7 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from chapters._ext.offers import REPORT, SAMPLES, SAMPLES_SOURCE, thumbnail
+
+pytestmark = pytest.mark.rest
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = """\

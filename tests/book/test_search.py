@@ -30,6 +30,7 @@ def test_a_word_of_the_chapters_is_found(
 
 
 @pytest.mark.browser
+@pytest.mark.rest
 class TestOverTheNetwork:
     """Pages that a server sends."""
 

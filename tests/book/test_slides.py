@@ -82,6 +82,7 @@ def test_the_words_of_each_mark_stand_in_the_text(notebook: Path) -> None:
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.rest
 def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path) -> None:
     found = marks.read(notebook)
     assert 20 <= len(found) <= 30
@@ -96,6 +97,7 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path
 
 @pytest.mark.parametrize(("name", "width"), SHOWN)
 @pytest.mark.browser
+@pytest.mark.rest
 def test_no_slide_overflows_and_all_can_be_used(
     name: str, width: int, decks: Path, open_page: Opener
 ) -> None:

@@ -12,6 +12,8 @@ import pytest
 from tests import npm
 from tests.book.conftest import Site
 
+pytestmark = pytest.mark.rest
+
 HERE = Path(__file__).with_name("html_validate")
 CONFIG = ".htmlvalidate.json"
 

@@ -14,6 +14,8 @@ from robust_slam.graphs.reading import read
 from robust_slam.graphs.toro import TORO
 from robust_slam.solver import readings
 
+pytestmark = pytest.mark.long
+
 CIRCLE = 180.0 / np.pi
 
 

@@ -15,6 +15,8 @@ from robust_slam.solver.misfit import find_misfit
 
 from tests.lib.worlds import dense_jacobian, slipped
 
+pytestmark = pytest.mark.long
+
 
 def moved(graph, edges, sizes, rng):
     """The graph whose ``edges`` measure what is off by so many deviations in each direction."""

@@ -19,7 +19,7 @@ from tests.operate_page import clone, page
 from tests.operate_page.page import Command, File, Step
 from tests.operate_page.terminal import Said, Terminal
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 SOURCE = page.source()
 BLOCKS = page.blocks(SOURCE)

@@ -289,6 +289,7 @@ def site(tmp_path: Path) -> Iterator[Site]:
         yield Site(lab, f"{url}/lab/lab/index.html?path={NAME}.ipynb")
 
 
+@pytest.mark.rest
 def test_an_older_copy_stays_beside_the_corrected_assignment(browser: Browser, site: Site) -> None:
     with page_in(browser, viewport=SIZE, reduced_motion="reduce") as page:
         question = page.locator("dialog", has_text="has been corrected")
@@ -324,6 +325,7 @@ def test_an_older_copy_stays_beside_the_corrected_assignment(browser: Browser, s
         assert new["metadata"]["robust_slam"]["release"] == "second", "nothing is asked again"
 
 
+@pytest.mark.rest
 def test_on_a_phone_the_notebook_has_the_page(browser: Browser, site: Site) -> None:
     with page_in(browser, viewport={"width": 390, "height": 800}) as page:
         page.goto(site.url)

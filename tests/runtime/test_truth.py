@@ -22,7 +22,7 @@ from tests import depth
 from tests.assignments import answers
 from tests.runtime.conftest import RUNTIME, needs_runtime
 
-pytestmark = [needs_runtime, pytest.mark.long]
+pytestmark = [needs_runtime, pytest.mark.long, pytest.mark.rest]
 
 NAMES = answers.assignments()
 QUICK = ("03-irls", "06-switches-and-consistency")

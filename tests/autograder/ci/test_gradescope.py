@@ -31,7 +31,7 @@ from tests.autograder.publishing import world
 from tests.autograder.reports.samples import case, exercise, result
 from tests.conftest import leave_out
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 SCHEMA = json.loads(Path(__file__).with_name("gradescope_schema.json").read_text("utf-8"))
 """Gradescope's format: https://gradescope-autograders.readthedocs.io/en/latest/specs/."""

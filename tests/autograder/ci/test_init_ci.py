@@ -18,6 +18,8 @@ from tests.autograder import toy
 from tests.autograder.ci import running
 from tests.autograder.publishing import world
 
+pytestmark = pytest.mark.rest
+
 
 @pytest.fixture
 def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

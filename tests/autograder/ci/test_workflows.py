@@ -32,6 +32,8 @@ OWN = sorted(ROOT.glob(".github/workflows/*.yml"))
 ON_GITHUB = [name for name in WORKFLOWS if name.startswith("github")]
 LINT = """\
 import { readFileSync } from "node:fs";
+
+pytestmark = pytest.mark.rest
 const [where, ...paths] = process.argv.slice(1);
 const { createLinter } = await import(where);
 const lint = await createLinter();

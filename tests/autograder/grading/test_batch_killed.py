@@ -17,7 +17,7 @@ import pytest
 from tests.autograder import toy
 from tests.autograder.killing import kill, wait_until_empty
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 SEED = 11
 OWN_FILES = {".lock", ".run.json", ".run.log", "gradebook.db"}

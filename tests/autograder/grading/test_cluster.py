@@ -36,6 +36,8 @@ from tests.autograder.killing import wait_for
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
 KILLER = f"""
 import os, signal
+
+pytestmark = pytest.mark.rest
 pid = os.getpid()
 for _ in range(4):  # the trusted process, its guard, their server, the worker
     stat = open(f"/proc/{{pid}}/stat").read()

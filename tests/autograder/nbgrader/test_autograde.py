@@ -25,7 +25,7 @@ from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
 from tests.conftest import working
 
-pytestmark = pytest.mark.sandbox
+pytestmark = [pytest.mark.sandbox, pytest.mark.rest]
 
 NOTEBOOK = f"{toy.NAME}.ipynb"
 WRONG = toy.DOUBLE.replace("2 *", "3 *")

@@ -21,7 +21,7 @@ from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
 from tests.conftest import working
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 STUDENTS = {
     "broken": {"cells": "none"},

@@ -31,6 +31,8 @@ from tests.autograder.nbgrader.course import FULL, marked, with_text
 from tests.autograder.nbgrader.postgresql import PASSWORD, Server
 from tests.conftest import leave_out
 
+pytestmark = pytest.mark.rest
+
 CLASS = 12
 NUMBERS = itertools.count()
 

@@ -19,6 +19,8 @@ from robust_slam_autograder.publishing.student_release import release
 from tests.autograder import toy
 from tests.autograder.publishing import world
 
+pytestmark = pytest.mark.rest
+
 MORE = "08-more"
 WHEEL = r"packages/(the_grader|toy_library)-1\.0\+d[0-9a-f]{10}-py3-none-any\.whl"
 """A wheel in the archive; its version names its content."""

@@ -13,7 +13,7 @@ from tests.autograder.reports import pages
 from tests.book.test_accessible import COLOURS, violations
 from tests.chromium import Opener
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 OF_STUDENTS = ("every-status", "passed", "refused", "hostile")
 OF_CLASSES = (

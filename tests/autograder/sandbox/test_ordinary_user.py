@@ -14,6 +14,8 @@ import pytest
 
 from tests import as_user
 
+pytestmark = pytest.mark.rest
+
 
 def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     """Run tests as a user with a home and a temporary folder of its own."""

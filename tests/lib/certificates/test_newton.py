@@ -31,6 +31,8 @@ from robust_slam.graphs.rotations import nearest_stiefel
 
 from tests.lib.worlds import measured, random_information, refused, shaken, walked
 
+pytestmark = pytest.mark.long
+
 LOUD = Noise(odometry=(0.1, 0.3), closure=(0.1, 0.3))
 
 

@@ -75,6 +75,7 @@ def test_few_outliers_in_a_dense_graph_are_proven_without_a_search(seed):
     assert clique.proven
 
 
+@pytest.mark.long
 def test_more_vertices_than_python_may_recurse_are_no_obstacle():
     # A path of 1100 vertices in the complement: a largest independent set there is every
     # other vertex, the ends included.

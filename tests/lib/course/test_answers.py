@@ -47,6 +47,7 @@ def test_every_picture_has_one_but_the_game_which_is_to_be_played() -> None:
 
 @pytest.mark.browser
 @pytest.mark.parametrize("name", sorted(pictures.__all__))
+@pytest.mark.rest
 def test_the_still_picture_and_the_answer_say_what_the_live_one_says(
     name: str, tmp_path: Path, open_page: Opener
 ) -> None:

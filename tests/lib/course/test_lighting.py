@@ -11,7 +11,7 @@ from robust_slam_course.canvas.picture import Picture
 
 from tests.chromium import Opener
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 PATHS = "[...document.querySelectorAll('.rs-stage path')]"
 LIT = f"""() => !document.querySelector("[data-lighting]") ? [] : {PATHS}.filter((part) =>

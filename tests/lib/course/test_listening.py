@@ -21,7 +21,7 @@ from tests.book.taking_hold import FRAMES
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener, page_in
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 TOWNS = range(10)
 RECORDER = """

@@ -12,7 +12,7 @@ import pytest
 from tests.lib.course import parity
 from tests.lib.course.parity import JS, SOLVERS
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 BUGS = """
 a sign in a Jacobian, seen by descents, in normal_equations.js

@@ -17,6 +17,8 @@ from robust_slam.graphs.pose_graph import with_closures
 from tests.lib.factors.made import error, flight
 from tests.lib.worlds import refused
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize(
     "made", [park(150, 0), park(150, 1), flight(0)], ids=["park", "another park", "flight"]

@@ -23,7 +23,7 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from tests.lib.descent.sparse.matrices import need_numba
 from tests.lib.worlds import assert_same_poses, random_graph
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 @pytest.fixture(autouse=True)

@@ -16,7 +16,7 @@ from tests.lib.descent.sparse.matrices import (
     summed,
 )
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 sizes = pytest.mark.parametrize(
     ("n", "more", "block"),
