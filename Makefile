@@ -1,18 +1,18 @@
-# Doors that are open to all; `make test` passes all tests. Each sets everything up on a bare machine
+# Doors that are open to all; `make help` lists them. Each sets everything up on a bare machine
 # with python3 (3.11 or newer), git and make.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help quick quick-tests test setup setup-dev system-packages lab book slides pdf runtime cards data bench sweep format check lock clean
+.PHONY: help quick quick-tests test test-rest test-all setup setup-dev system-packages lab book slides pdf runtime cards data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
 STRICT ?=
-# How many at once; where empty, tests take one more than twice the machine's cores, as half of their
-# time is waiting for browsers, kernels and limits, and the sweep, which measures, one.
+# How many at once; where empty, tests take one more than twice the machine's cores, and the sweep,
+# which measures, one.
 JOBS ?=
 
 # The environment's scripts come first: nbgrader calls some of its own by name.
@@ -142,24 +142,49 @@ bench: setup-dev ## both sides in one run: our descent and GNC and GTSAM's; and 
 sweep: setup-dev ## every method, kind of outlier and rate, on many graphs; continues where it stopped
 	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
 
-quick: setup-dev $(FONTS) ## what takes a minute: style, types, and the tests that start no process
+quick: setup-dev $(FONTS) ## did this change break what it touched? style, types, tests without a process
+	@$(call leaves-out,quick)
 	@$(MAKE) -j 2 check quick-tests
 
 quick-tests: setup-dev $(FONTS)
-	$(BIN)/pytest -q --quick -n $(or $(JOBS),logical) --dist loadfile
+	$(BIN)/pytest -q --depth quick -n $(or $(JOBS),logical) --dist loadfile --no-loadscope-reorder
 
-test: ## set up and pass all tests; STRICT=1 fails where one would be left out
-	@echo 'make test checks style and types, collects Python for the pages, builds the book and runs all tests.'
-	@$(install)
-	@$(MAKE) -j 2 try-runtime notebooks
-	@# Sphinx takes one core, and checks the other.
-	@$(MAKE) -j 2 book check
-	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
-		--dist loadfile --no-loadscope-reorder
+test: ## does the course work here? STRICT=1 fails where a test would be left out
+	$(call ready,test)
+	$(call tests,test)
+
+test-rest: ## what test-all has beyond test; TESTS=tests/book for a part of it
+	$(call ready,rest)
+	$(call tests,rest)
+
+test-all: ## does every promise hold? test and test-rest, one after the other
+	@$(MAKE) test
+	@$(MAKE) test-rest
+
+# Sets up what tests need. Style and types are checked once, while Sphinx, which takes one core, makes
+# the book.
+define ready
+@echo 'make $(1:rest=test-rest) sets up, collects Python for the pages, builds the book and runs tests.'
+@$(call install,$(1))
+@$(call leaves-out,$(1))
+@$(MAKE) -j 2 try-runtime notebooks
+@$(MAKE) -j 2 book $(if $(filter test,$(1)),check)
+endef
+
+leaves-out = $(BIN)/python -m tests.needs $(1) $(if $(filter-out 0,$(STRICT)),--strict)
+
+TESTS ?=
+# Half of a test's time is waiting for browsers, kernels and limits.
+define tests
+ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q --depth $(1) $(TESTS) \
+	-n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) \
+	--maxprocesses 9 --dist loadfile --no-loadscope-reorder
+endef
 
 .PHONY: try-runtime notebooks
 try-runtime:
-	@$(MAKE) runtime || echo 'Without the runtime, tests of Python in the page are left out.'
+	@$(MAKE) runtime || { echo 'Without the runtime, tests of Python in the page are left out.'; \
+		[ -z '$(filter-out 0,$(STRICT))' ]; }
 
 # Most of a book's time; the book finds them in its cache.
 notebooks: $(READY)
@@ -170,12 +195,13 @@ notebooks: $(READY)
 define install
 $(MAKE) -q $(READY_DEV) 2>/dev/null || \
 	echo "It installs the $$(grep -h '^[a-zA-Z0-9].*==' requirements.lock requirements-dev.lock | wc -l) Python packages of the lock files in $(VENV)."; \
-$(MAKE) -j 2 system-packages setup-dev
+$(MAKE) -j 2 system-packages setup-dev DEPTH=$(1)
 endef
 
+DEPTH ?= all
 system-packages: ## say which Debian packages tests need, and install those that are missing
-	@sh tests/system-packages.sh plan
-	@sh tests/system-packages.sh install
+	@sh tests/system-packages.sh plan $(DEPTH)
+	@sh tests/system-packages.sh install $(DEPTH)
 
 format: setup-dev ## format code and notebooks
 	$(BIN)/ruff check --fix-only -q .

@@ -98,7 +98,7 @@ mutants: setup ## change the reference solutions, and see that the assignments' 
 
 soak: ## the long tests: every sandbox and user, long fuzzing, a published book, plain nbgrader
 	@echo 'make soak runs the long tests, for hours.'
-	@$(install)
+	@$(call install,soak)
 	$(BIN)/python -m tests.assignments.seeds
 	$(BIN)/pytest -q --depth soak tests/autograder tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_doors.py tests/test_readme.py tests/runtime \
@@ -109,7 +109,7 @@ soak: ## the long tests: every sandbox and user, long fuzzing, a published book,
 	git -C $(PUBLISHED) init -q
 	git -C $(PUBLISHED) add --all
 	git -C $(PUBLISHED) -c user.name=soak -c user.email=soak@localhost commit -qm 'The course'
-	$(MAKE) -C $(PUBLISHED) test STRICT=1
+	$(MAKE) -C $(PUBLISHED) test-all STRICT=1
 
 clean: refuse-unmoved
 

@@ -1,24 +1,29 @@
 """One browser for all tests of a process, and visits of pages that note what goes wrong.
 
-It is Chromium's headless shell, which draws the same pages with half of the CPU time.
+It is Chromium's headless shell, which draws the same pages with half of the CPU time. What a test
+that fails has before it, and what its pages complained of, is kept in ``build/failed``.
 """
 
 from __future__ import annotations
 
 import functools
 import http.server
+import os
+import re
 import shutil
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import pytest
 from playwright.sync_api import (
     Browser,
     BrowserContext,
     BrowserType,
+    Error,
     Page,
     Request,
     Route,
@@ -65,14 +70,33 @@ class Patience:
             context.set_default_timeout(self.milliseconds)
 
 
+FAILED = Path(__file__).resolve().parents[1] / "build" / "failed"
+COMPLAINTS: WeakKeyDictionary[Page, list[str]] = WeakKeyDictionary()
+"""What the open pages complained of."""
 PATIENCE = Patience()
 expect.set_options(timeout=PATIENCE.milliseconds)
 
 
-def pytest_runtest_makereport(call: pytest.CallInfo[object]) -> None:
-    """Lose patience where a test failed and took as long as it may wait."""
-    if call.excinfo is not None and call.duration * 1000 >= PATIENCE.milliseconds:
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[object]) -> None:
+    """Keep what a test that failed saw; lose patience where it took as long as it may wait."""
+    if call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
+        return
+    for context in PATIENCE.contexts:
+        for number, page in enumerate(context.pages):
+            keep(page, item.nodeid, number)
+    if call.duration * 1000 >= PATIENCE.milliseconds:
         PATIENCE.lose()
+
+
+def keep(page: Page, test: str, number: int = 0) -> None:
+    """Keep a picture of a page, its address and what its console said, under the test's name."""
+    name = re.sub(r"\W+", "-", test).strip("-")[-150:]
+    path = FAILED / f"{name}-{number}"
+    FAILED.mkdir(parents=True, exist_ok=True)
+    said = [page.url, *COMPLAINTS.get(page, [])]
+    path.with_suffix(".txt").write_text("\n".join(said) + "\n", encoding="utf-8")
+    with suppress(Error):  # a page that hangs has no picture, and its console is what counts
+        page.screenshot(path=path.with_suffix(".png"), timeout=5_000)
 
 
 class QuietHandler(http.server.SimpleHTTPRequestHandler):
@@ -129,7 +153,12 @@ Opener = Callable[..., Visit]
 def page_in(browser: Browser, **options: object) -> Iterator[Page]:
     """Give a page in a context of its own, and close it in the end."""
     with browser.new_context(**options) as context, PATIENCE.applied(context):
-        yield context.new_page()
+        page = context.new_page()
+        try:
+            yield page
+        except Exception:
+            keep(page, os.environ.get("PYTEST_CURRENT_TEST", "page"))
+            raise
 
 
 @contextmanager
@@ -152,6 +181,7 @@ def open_page(browser: Browser) -> Iterator[Opener]:
 def watch(visit: Visit) -> None:
     """Let the visit keep what fails, and what asks for the network; the latter is refused."""
     page, complaints = visit.page, visit.complaints
+    COMPLAINTS[page] = complaints
 
     def allow(route: Route) -> None:
         url = route.request.url

@@ -13,10 +13,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from robust_slam.graphs import datasets
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS, template
 
-from tests import sample_class
+from tests import needs, sample_class
 from tests.as_user import ROOT
 from tests.assignments import answers
 from tests.autograder import toy
@@ -140,7 +141,7 @@ def test_what_apt_would_install_is_said_before_it_runs(tmp_path: Path, uid: int)
         (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
         (tmp_path / name).chmod(0o755)
     done = subprocess.run(
-        [tmp_path / "sh", ROOT / "tests" / "system-packages.sh", "plan"],
+        [tmp_path / "sh", ROOT / "tests" / "system-packages.sh", "plan", "all"],
         env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=True, timeout=60,
     )  # fmt: skip
     assert "chromium-headless-shell gnupg" in done.stdout
@@ -151,10 +152,29 @@ def test_what_apt_would_install_is_said_before_it_runs(tmp_path: Path, uid: int)
 
 def test_make_test_says_what_it_installs_before_it_does() -> None:
     said = make(ROOT, "--dry-run", "test").stdout
-    first = said.index("make test checks style and types")
+    first = said.index("make test sets up")
     assert first < said.index("It installs the") < said.index("system-packages setup-dev")
+    assert said.index("system-packages setup-dev") < said.index("tests.needs test")
     packages = make(ROOT, "--dry-run", "system-packages").stdout
     assert packages.index("system-packages.sh plan") < packages.index("system-packages.sh install")
+
+
+def test_strict_ends_at_once_where_something_is_missing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", os.devnull)
+    monkeypatch.setattr(datasets, "is_here", lambda name: False)
+    for depth, words in (
+        ("quick", ["graphs"]),
+        ("test", ["chromium"]),
+        ("rest", ["firefox", "gpg"]),
+    ):
+        assert needs.main([depth]) == 0
+        said = capsys.readouterr().out
+        assert all(word in said for word in words) and "graphs" in said
+        assert ("firefox" in said) == (depth == "rest")
+        assert needs.main([depth, "--strict"]) == 1
+        assert "nothing was run" in capsys.readouterr().out
 
 
 OWN = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
