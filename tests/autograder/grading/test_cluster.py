@@ -33,11 +33,11 @@ from tests.autograder.grading.course import grade as grade_here
 from tests.autograder.grading.course import jobs, leave, make_course, same_but_for_time
 from tests.autograder.killing import wait_for
 
+pytestmark = pytest.mark.rest
+
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
 KILLER = f"""
 import os, signal
-
-pytestmark = pytest.mark.rest
 pid = os.getpid()
 for _ in range(4):  # the trusted process, its guard, their server, the worker
     stat = open(f"/proc/{{pid}}/stat").read()
