@@ -157,8 +157,8 @@ def test_a_judgement_needs_a_reason(tree: Path) -> None:
 def test_an_endless_loop_is_cut_and_counts_as_killed(tree: Path) -> None:
     (one,) = run.exercises(tree / NAME / f"{NAME}.ipynb")
     endless = "def size(u):\n    while True:\n        pass\n"
-    limited = run._with_limits(one, seed=1)
-    verdict = run._grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
+    limited = run.with_limits(one, seed=1)
+    verdict = run.grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
     assert verdict == Verdict(verdict.mutant, (), "timeout")
     assert verdict.is_killed
 
