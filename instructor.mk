@@ -93,16 +93,19 @@ grade-sample: $(HANDED_IN) | $(SANDBOX)
 			--feedback $(SAMPLE)/feedback"
 	@$(BIN)/python -m tests.sample_class table $(SAMPLE)/graded/marks.json
 
-mutants: setup ## change the reference solutions, and see that the assignments' cases notice
-	$(BIN)/python -m tests.assignments.mutation
+# Each says first what in its list is out of date.
+MUTANTS := tests.lib.course.mutants tests.autograder.mutants tests.assignments.mutation
+mutants: setup-dev ## plant faults in the page's solvers, grader and solutions: tests must notice
+	@bad=0; for list in $(MUTANTS); do $(BIN)/python -m $$list || bad=1; done; exit $$bad
 
-soak: ## the long tests: every sandbox and user, long fuzzing, a published book, plain nbgrader
+soak: ## the long tests: every sandbox, long fuzzing, mutants, a published book, plain nbgrader
 	@echo 'make soak runs the long tests, for hours.'
 	@$(call install,soak)
 	$(BIN)/python -m tests.assignments.seeds
 	$(BIN)/pytest -q --depth soak tests/autograder tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_doors.py tests/test_readme.py tests/runtime \
 		tests/students_page tests/operate_page tests/book tests/lib/test_breaking.py
+	$(MAKE) mutants
 	@# The public course, as a repository of its own.
 	rm -rf $(PUBLISHED)
 	$(BIN)/autograder public --out $(PUBLISHED)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import re
-import statistics
 import subprocess
 from pathlib import Path
 
@@ -32,19 +30,6 @@ def tracked(tmp_path: Path) -> list[str]:
     return [name for name in listing.stdout.splitlines() if (ROOT / name).is_file()]
 
 
-def functions(folder: str) -> list[ast.FunctionDef]:
-    trees = [ast.parse(p.read_text(encoding="utf-8")) for p in (ROOT / folder).rglob("*.py")]
-    return [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
-
-
-def code_lines(function: ast.FunctionDef) -> int:
-    """Lines of a function without its docstring: the part that a reader has to follow."""
-    body = function.body[1:] if ast.get_docstring(function) else function.body
-    if not body:
-        return 1
-    return 1 + (function.end_lineno or body[0].lineno) - body[0].lineno + 1
-
-
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_is_valid_and_holds_no_outputs(path: Path) -> None:
     notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
@@ -68,13 +53,6 @@ def test_the_lock_file_pins_hashes_and_names_no_index() -> None:
     pins = re.findall(r"^([A-Za-z0-9][\w.-]*)==[^\n]*\\\n((?:    --hash=[^\n]*\n)+)", text, re.M)
     assert len(pins) == len(re.findall(r"^[A-Za-z0-9][\w.-]*==", text, re.M)) > 100
     assert "://" not in text and "--index" not in text
-
-
-@pytest.mark.parametrize("folder", ["lib", "autograder"])
-def test_functions_are_small(folder: str) -> None:
-    lengths = sorted(code_lines(function) for function in functions(folder))
-    assert statistics.median(lengths) <= 12
-    assert lengths[int(0.9 * len(lengths))] <= 35
 
 
 def test_generated_files_and_data_are_not_tracked(tmp_path: Path) -> None:

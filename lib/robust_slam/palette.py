@@ -20,7 +20,7 @@ class Colour(NamedTuple):
     dark: str
 
 
-def _colours(text: str) -> dict[str, Colour]:
+def colours(text: str) -> dict[str, Colour]:
     """Return the colours by name.
 
     Raises:
@@ -33,7 +33,7 @@ def _colours(text: str) -> dict[str, Colour]:
     return found
 
 
-COLOURS: dict[str, Colour] = _colours(
+COLOURS: dict[str, Colour] = colours(
     files(__package__).joinpath("colours.toml").read_text(encoding="utf-8")
 )
 """The style sheets know each as a variable, such as ``--rs-ink``."""

@@ -1,40 +1,14 @@
 """Mutants of the grader: small changes that remove a protection, and the test that catches each.
 
-``python -m tests.autograder.mutants [WORD…]`` changes a copy of the grader, one mutant at a time,
-and runs its test, which must fail or take longer than ``SECONDS``. First every test must pass on
-the grader as it is. With words, only mutants whose file or test contains one of them are tried.
-All of them take minutes.
+``python -m tests.autograder.mutants [WORD…]`` tries them, as ``tests/mutants.py`` says. All of
+them take minutes.
 """
 
 from __future__ import annotations
 
-import contextlib
-import os
-import shutil
-import signal
-import subprocess
 import sys
-import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGE = Path("autograder/robust_slam_autograder")
-TESTS = Path("tests/autograder")
-SECONDS = 240
-"""For one test. A mutant may hang: that counts as caught."""
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """A text that occurs once in a file, its replacement, and the test that then fails."""
-
-    file: str
-    old: str
-    new: str
-    caught_by: str
-
+from tests.mutants import Mutant, main
 
 BATCH = "grading/test_batch.py::test_"
 MARKING = "grading/test_marking.py::test_"
@@ -158,93 +132,11 @@ _CHANGES = {
         ("|##(?=", "|###(?=", "test_markup.py::test_no_ci_service_obeys_a_line"),
     ],
 }  # fmt: skip
-MUTANTS = [Mutant(file, *change) for file, changes in _CHANGES.items() for change in changes]
-
-
-def apply(mutant: Mutant, folder: Path) -> None:
-    """Change the file in a copy of the project.
-
-    Raises:
-        ValueError: the old text does not occur exactly once.
-    """
-    path = folder / PACKAGE / mutant.file
-    text = path.read_text("utf-8")
-    if text.count(mutant.old) != 1:
-        raise ValueError(
-            f"{mutant.file}: {mutant.old!r} must occur exactly once: update the mutant."
-        )
-    path.write_text(text.replace(mutant.old, mutant.new), "utf-8")
-
-
-def fails(tests: Sequence[str], folder: Path, seconds: float) -> bool:
-    """Whether a test fails in a copy of the project, or takes too long.
-
-    Raises:
-        RuntimeError: no test was run.
-    """
-    paths = [str(TESTS / test) for test in tests]
-    places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib"))
-    pytest = subprocess.Popen(
-        [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *paths],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": places},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        said, _ = pytest.communicate(timeout=seconds)
-    except subprocess.TimeoutExpired:
-        return True
-    finally:
-        with contextlib.suppress(ProcessLookupError):  # what the mutant let live on
-            os.killpg(pytest.pid, signal.SIGKILL)
-        pytest.wait()
-    if pytest.returncode not in (0, 1):
-        raise RuntimeError(f"{' '.join(tests)}: {said[-2000:]}")
-    return pytest.returncode == 1
-
-
-def copy(folder: Path) -> Path:
-    """Copy what git tracks of the project."""
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
-    for name in filter(None, listed.stdout.decode().split("\0")):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / name, folder / name)
-    return folder
-
-
-def main(words: Sequence[str]) -> int:
-    """Try the mutants; exit status 1 where one is not caught, 2 where the words name none."""
-    chosen = [
-        mutant
-        for mutant in MUTANTS
-        if not words or any(word in f"{mutant.file} {mutant.caught_by}" for word in words)
-    ]
-    if not chosen:
-        print(f"No mutant's file or test contains {' or '.join(words)}.", file=sys.stderr)
-        return 2
-    with tempfile.TemporaryDirectory() as name:
-        Path(name).chmod(0o755)  # student code is another user
-        folder = copy(Path(name))
-        tests = list(dict.fromkeys(mutant.caught_by for mutant in chosen))
-        if fails(tests, folder, SECONDS * len(tests)):
-            print("A test fails on the grader as it is.")
-            return 1
-        left = 0
-        for mutant in chosen:
-            path = folder / PACKAGE / mutant.file
-            before = path.read_bytes()
-            apply(mutant, folder)
-            caught = fails([mutant.caught_by], folder, SECONDS)
-            path.write_bytes(before)
-            left += not caught
-            sign = "✓ caught" if caught else "✗ NOT caught"
-            print(f"{sign}  {mutant.file}: {mutant.old.strip()}", flush=True)
-    print(f"{len(chosen) - left} of {len(chosen)} mutants are caught.")
-    return 1 if left else 0
-
+MUTANTS = [
+    Mutant(f"autograder/robust_slam_autograder/{file}", old, new, f"tests/autograder/{test}")
+    for file, changes in _CHANGES.items()
+    for old, new, test in changes
+]
 
 if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1:]))
+    raise SystemExit(main(MUTANTS, sys.argv[1:]))

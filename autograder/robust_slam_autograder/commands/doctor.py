@@ -14,6 +14,7 @@ from robust_slam_autograder.grading import allowed
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import cgroup, landlock
 
+SETTINGS = Path("/proc/sys")
 SEEN = "Student code sees Python and the allowed packages: no tests, submissions or results."
 RESTRICTIONS = {
     "kernel.apparmor_restrict_unprivileged_userns": ("1", "0"),
@@ -96,6 +97,6 @@ def _landlock_remedy() -> str:
 
 def _setting(key: str) -> str:
     try:
-        return Path("/proc/sys", key.replace(".", "/")).read_text().strip()
+        return Path(SETTINGS, *key.split(".")).read_text().strip()
     except OSError:
         return ""

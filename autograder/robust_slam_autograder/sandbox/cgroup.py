@@ -20,8 +20,6 @@ from pathlib import Path
 from robust_slam_autograder.sandbox.terms import MEMORY_BYTES, PROCESSES
 
 PREFIX = "autograder-"
-_MOUNTS = Path("/proc/self/mountinfo")
-_OWN_GROUPS = Path("/proc/self/cgroup")
 _STALE_SECONDS = 60.0
 """A group without processes that is older than this was left by a grader that was killed."""
 _MEMORY_LIMITS = ("memory.max", "memory.limit_in_bytes")
@@ -88,9 +86,9 @@ def problem() -> str | None:
 
 def _make() -> Group | None:
     with contextlib.suppress(OSError):  # not Linux, or not allowed
-        parent = _parent()
-        if parent is not None:
-            group = Group(parent / f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}")
+        around = parent()
+        if around is not None:
+            group = Group(around / f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}")
             group.folder.mkdir()
             with contextlib.suppress(OSError):
                 if _limit(group.folder):
@@ -119,25 +117,25 @@ def _sweep(parent: Path) -> None:
 
 
 @cache
-def _parent() -> Path | None:
-    """Return the group in which a group that counts memory can be made."""
-    mounts = dict(_mounts())
-    for line in _OWN_GROUPS.read_text().splitlines():
+def parent(process: Path = Path("/proc/self")) -> Path | None:
+    """Return the group in which this process can make one that counts memory."""
+    mounts = dict(_mounts(process / "mountinfo"))
+    for line in (process / "cgroup").read_text().splitlines():
         _, controllers, path = line.split(":", 2)
         name = "memory" if "memory" in controllers.split(",") else controllers
         if name not in ("", "memory") or name not in mounts:
             continue
         root, mount = mounts[name]
         own = mount / os.path.relpath(path, root)
-        parent = own if name else _delegated(own, mount)
-        if parent is not None:
-            return parent
+        found = own if name else _delegated(own, mount)
+        if found is not None:
+            return found
     return None
 
 
-def _mounts() -> Iterator[tuple[str, tuple[str, Path]]]:
+def _mounts(table: Path) -> Iterator[tuple[str, tuple[str, Path]]]:
     """By controller the hierarchy's group that is mounted, and where; version 2 has no name."""
-    for line in _MOUNTS.read_text().splitlines():
+    for line in table.read_text().splitlines():
         place, _, kind = line.partition(" - ")
         root, mount = place.split(" ")[3:5]
         name, _, options = kind.split(" ", 2)

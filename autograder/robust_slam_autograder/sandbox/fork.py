@@ -81,7 +81,8 @@ class Fork:
         self._owner = os.getpid()
         folder = tempfile.gettempdir()
         short = folder if len(folder) <= LONGEST else "/tmp"
-        self._home = Path(short, f"autograder-{secrets.token_hex(8)}")
+        self.home = Path(short, f"autograder-{secrets.token_hex(8)}")
+        """Folder of the servers' sockets and of scratch folders; it goes with its owner."""
 
     def __getstate__(self) -> dict[str, Any]:
         """Make the servers' folder before others get a copy: none but the owner may."""
@@ -116,15 +117,15 @@ class Fork:
 
     def _connect(self, launch: Launch) -> socket.socket:
         kind = repr((launch.withheld, launch.preload, launch.packages)).encode()
-        address = self._home / hashlib.sha256(kind).hexdigest()[:16]
+        address = self.home / hashlib.sha256(kind).hexdigest()[:16]
         with contextlib.suppress(OSError):
             return _dial(address)
         if os.getpid() == self._owner:
             self._make_home()
-        if not self._home.is_dir():
+        if not self.home.is_dir():
             raise GraderFailure("The fork servers have ended with the process that owned them.")
         # Closed to other users, who could hold a lock on any file that they can open.
-        descriptor = os.open(self._home / "lock", os.O_WRONLY | os.O_CREAT, 0o600)
+        descriptor = os.open(self.home / "lock", os.O_WRONLY | os.O_CREAT, 0o600)
         with open(descriptor, "w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             with contextlib.suppress(OSError):
@@ -134,14 +135,14 @@ class Fork:
         return _dial(address)
 
     def _make_home(self) -> None:
-        if self._home.is_dir():
+        if self.home.is_dir():
             return
-        self._home.mkdir(mode=0o700)
-        atexit.register(shutil.rmtree, self._home, ignore_errors=True)
-        (self._home / "root").mkdir()
+        self.home.mkdir(mode=0o700)
+        atexit.register(shutil.rmtree, self.home, ignore_errors=True)
+        (self.home / "root").mkdir()
         if os.getuid() == 0:
             # Scratch folders are in it, and student code has a user id of its own.
-            self._home.chmod(0o711)
+            self.home.chmod(0o711)
 
     def _start_server(self, launch: Launch, address: Path) -> None:
         settings = {
@@ -154,7 +155,7 @@ class Fork:
         files = view.files(launch.packages, launch.withheld)
         done = subprocess.run(
             terms.python_script(Path(fork_server.__file__), settings),
-            input=pickle.dumps(Server(self._home, self._namespaces, files)),
+            input=pickle.dumps(Server(self.home, self._namespaces, files)),
             capture_output=True,
             cwd="/",
             env=ENVIRONMENT | {"MPLCONFIGDIR": str(view.font_folder())},

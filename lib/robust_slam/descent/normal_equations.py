@@ -22,7 +22,7 @@ from robust_slam.errors import singular
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 
-_FULL_SHARE = 0.9
+FULL_SHARE = 0.9
 """With a smaller share of edges of positive weight, a pattern of these alone is quicker."""
 
 
@@ -75,7 +75,7 @@ class NormalEquations:
         a few edges of weight 0 may remain. Otherwise the equations themselves are returned.
         """
         used = weights > 0.0
-        if used.sum() > _FULL_SHARE * used.size:
+        if used.sum() > FULL_SHARE * used.size:
             return self, weights
         if self._restricted is None or not _covers(self._restricted[0], used):
             smaller = NormalEquations(pose_graph.select(self.graph, used), self.compiled)
@@ -156,7 +156,7 @@ class NormalEquations:
 
 def _covers(mask: Mask, used: Mask) -> bool:
     """Tell whether ``mask`` contains all ``used`` edges and few others."""
-    return not np.any(used & ~mask) and bool(used.sum() > _FULL_SHARE * mask.sum())
+    return not np.any(used & ~mask) and bool(used.sum() > FULL_SHARE * mask.sum())
 
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:

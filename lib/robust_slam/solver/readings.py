@@ -108,7 +108,7 @@ def _promising(graph: PoseGraph, threshold: float) -> list[tuple[str, PoseGraph]
         degrees = _from_degrees(graph)
         if agree(degrees, threshold) > _IN_DEGREES * near.sum():
             return [(_DEGREES, degrees)]
-    read = {words: change(graph) for words, change in _READINGS.items()}
+    read = {words: change(graph) for words, change in READINGS.items()}
     for gamma in (threshold, 10.0 * threshold):
         counts = {words: agree(other, gamma) for words, other in read.items()}
         own = agree(graph, gamma)
@@ -149,7 +149,7 @@ def _from_degrees(graph: PoseGraph) -> PoseGraph:
 
 
 _DEGREES = "with rotations and their information in degrees"
-_READINGS: dict[str, Callable[[PoseGraph], PoseGraph]] = {
+READINGS: dict[str, Callable[[PoseGraph], PoseGraph]] = {
     "with i and j swapped in all edges": lambda g: _swapped(g, np.ones_like(g.is_odometry)),
     "with i and j swapped in the loop closures": lambda g: _swapped(g, ~g.is_odometry),
     "with i and j swapped in the odometry": lambda g: _swapped(g, g.is_odometry),

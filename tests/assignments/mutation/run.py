@@ -94,10 +94,9 @@ def run(exercises: Sequence[Exercise], *, seed: int, jobs: int) -> Iterator[Verd
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     context = multiprocessing.get_context("forkserver")
     with ProcessPoolExecutor(jobs, mp_context=context) as pool:
-        grade = functools.partial(_grade, seed=seed)
-        timed = list(pool.map(functools.partial(_with_limits, seed=seed), exercises))
+        timed = list(pool.map(functools.partial(with_limits, seed=seed), exercises))
         tasks = [(one, mutant) for one in timed for mutant in of_exercise(one)]
-        yield from pool.map(grade, *zip(*tasks, strict=True))
+        yield from pool.map(functools.partial(grade, seed=seed), *zip(*tasks, strict=True))
 
 
 def of_exercise(exercise: Exercise) -> list[Mutant]:
@@ -105,7 +104,7 @@ def of_exercise(exercise: Exercise) -> list[Mutant]:
     return mutants(exercise.cell, exercise.source)
 
 
-def _with_limits(exercise: Exercise, *, seed: int) -> Exercise:
+def with_limits(exercise: Exercise, *, seed: int) -> Exercise:
     """Grade the reference, which may lose nothing, and take limits from the time that it took."""
     result = _result(exercise, exercise.source, seed)
     lost = [grade_id for one in result.exercises for grade_id in _lost(one)]
@@ -116,7 +115,7 @@ def _with_limits(exercise: Exercise, *, seed: int) -> Exercise:
     return replace(exercise, assignment=replace(exercise.assignment, config=config))
 
 
-def _grade(exercise: Exercise, mutant: Mutant, *, seed: int) -> Verdict:
+def grade(exercise: Exercise, mutant: Mutant, *, seed: int) -> Verdict:
     (result,) = _result(exercise, mutant.source, seed).exercises
     if result.status in ("timeout", "died"):
         return Verdict(mutant, (), result.status)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import doctor
-from robust_slam_autograder.sandbox import Fork, Unsandboxed, view
+from robust_slam_autograder.sandbox import Fork, Unsandboxed
 
 from tests.autograder import toy
 
@@ -40,7 +42,9 @@ def test_it_says_what_student_code_would_see_of_the_course(autograder, monkeypat
     monkeypatch.setattr(Fork, "problem", lambda wall: None)
     status, said, _ = autograder("doctor", "--out", out)
     assert status == 0 and doctor.SEEN in said
-    monkeypatch.setattr(view, "_visible", lambda allowed: (out.parent,))
+    (tmp_path / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path.parent)
+    toy.make_tree(tmp_path, f"packages = {json.dumps([*toy.PACKAGES, tmp_path.name])}\n")
     status, said, _ = autograder("doctor", "--out", out)
     assert status == 1 and doctor.SEEN not in said
     assert f"Student code could read {tree}, which is in {tmp_path}: move it" in said
@@ -58,12 +62,12 @@ def test_it_says_what_student_code_would_see_of_the_course(autograder, monkeypat
         ("fork", "it needs Linux", {"system": "Darwin"}, "WSL"),
     ],
 )
-def test_a_problem_has_a_remedy(monkeypatch, name, problem, facts, remedy):
-    restriction = "kernel.apparmor_restrict_unprivileged_userns"
+def test_a_problem_has_a_remedy(monkeypatch, tmp_path, name, problem, facts, remedy):
+    (tmp_path / "kernel").mkdir()
+    restriction = tmp_path / "kernel" / "apparmor_restrict_unprivileged_userns"
+    restriction.write_text(f"{facts.get('setting', '0')}\n")
+    monkeypatch.setattr(doctor, "SETTINGS", tmp_path)
     monkeypatch.setattr("platform.system", lambda: facts.get("system", "Linux"))
     monkeypatch.setattr("os.getuid", lambda: facts.get("uid", 1000))
     monkeypatch.setattr(doctor.landlock, "version", lambda: facts.get("landlock", 5))
-    monkeypatch.setattr(
-        doctor, "_setting", lambda key: facts.get("setting", "") if key == restriction else ""
-    )
     assert remedy in doctor.remedy(name, problem)

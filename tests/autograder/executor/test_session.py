@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure
@@ -15,6 +16,7 @@ from robust_slam_autograder.executor.session import (
 )
 from robust_slam_autograder.protocol.channel import RaisedThere
 from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder.killing import wait_for
 from tests.autograder.sessions import started
@@ -81,18 +83,22 @@ def test_a_forked_child_stays_out_of_the_conversation(begin: Begin) -> None:
     assert [names["g"]() for _ in range(20)] == [2] * 20
 
 
-def test_a_process_that_talks_by_itself_is_replaced_for_the_next_cell(begin: Begin) -> None:
-    text = """
+def test_a_process_that_talks_by_itself_is_replaced_for_the_next_cell(
+    begin: Begin, tmp_path: Path
+) -> None:
+    text = f"""
 import gc, os, threading
-def f():
-    (channel,) = [o for o in gc.get_objects() if type(o).__name__ == "Channel"]
-    threading.Timer(0.1, lambda: os.write(channel._write_fd, bytes(9))).start()
+(channel,) = [o for o in gc.get_objects() if type(o).__name__ == "Channel"]
+def talk():
+    os.write(channel._write_fd, bytes(9))
+    os.mkdir({str(tmp_path / "told")!r})
+def f(): threading.Timer(0.1, talk).start()
 def g(): return 2
 """
-    session = begin(text)
+    session = begin(text, wall=Unsandboxed())
     names = session.bindings()
     assert names["f"]() is None
-    wait_for(lambda: not session._channel.is_quiet())
+    wait_for((tmp_path / "told").exists)
     session.begin()
     assert names["g"]() == 2
 

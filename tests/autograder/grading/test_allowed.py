@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 import robust_slam_autograder
 from robust_slam_autograder import cli
-from robust_slam_autograder.sandbox import view
 
 from tests.autograder import toy
 
@@ -17,11 +17,11 @@ SHOWN = "which is in"
 
 @pytest.fixture
 def exposed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder that student code sees, as an installed package's."""
-    folder = tmp_path / "package"
+    """A folder that student code sees, as the allowed package of the same name."""
+    folder = tmp_path / f"shown_{tmp_path.name}"
     folder.mkdir()
-    plain = view._visible
-    monkeypatch.setattr(view, "_visible", lambda allowed: (*plain(allowed), folder))
+    (folder / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
     return folder
 
 
@@ -39,7 +39,8 @@ def test_what_student_code_could_read_is_refused(
     places = {name: tmp_path / name for name in ("tree", "submitted", "out")}
     if what in places:
         places[what] = exposed / what
-    places["tree"] = toy.make_tree(exposed if "tree" in what else places["tree"])
+    config = f"packages = {json.dumps([*toy.PACKAGES, exposed.name])}\n"
+    places["tree"] = toy.make_tree(exposed if "tree" in what else places["tree"], config)
     if what.startswith("a link"):
         link = tmp_path / "link"
         link.symlink_to(places["tree"])

@@ -9,7 +9,6 @@ import os
 import pickle
 import subprocess
 import sys
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -17,13 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from distributed import Client
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import dask_workers as engine
 from robust_slam_autograder.executor.dask_workers import Cluster, Unfit
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import batch, journal, marked, remote, tasks
-from robust_slam_autograder.grading.batch import Graded
+from robust_slam_autograder.grading.batch import Graded, Terms
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.sandbox import BACK_ENDS, Unsandboxed
@@ -103,10 +103,16 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
     started.stop()
 
 
+def client_of(machines: Machines) -> Client:
+    """A client of the test's own."""
+    return Client(machines.address, set_as_default=False)
+
+
 @contextlib.contextmanager
 def connected(machines: Machines, workers: int) -> Iterator[Cluster]:
     with engine.connected(machines.address) as found:
-        found._client.wait_for_workers(workers)
+        with client_of(machines) as client:
+            client.wait_for_workers(workers)
         yield found
 
 
@@ -156,15 +162,16 @@ def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
     first, _ = (machines.worker("--no-nanny") for _ in range(2))
     reported: list[Graded] = []
     used: list[str] = []
-    with connected(machines, 2) as workers:
-        submit, there = workers._client.submit, workers._client.nthreads
+    with client_of(machines) as client:
+        client.wait_for_workers(2)
+        submit, there = client.submit, client.nthreads
         two = set(there())
 
         def noted(*arguments: Any, **options: Any) -> Any:
             used.extend(options["workers"])
             return submit(*arguments, **options)
 
-        monkeypatch.setattr(workers._client, "submit", noted)
+        monkeypatch.setattr(client, "submit", noted)
 
         def change(graded: Graded) -> None:
             reported.append(graded)
@@ -174,7 +181,7 @@ def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
             elif len(reported) == 4:  # the killed one had its next by then
                 wait_for(lambda: set(there()) - two)
 
-        graded = grade(tmp_path, workers, report=change)
+        graded = grade(tmp_path, Cluster(client, machines.address), report=change)
     assert [item.load().score for item in graded] == [20] * 8
     assert len(reported) == 8
     assert lines(tmp_path / "out") == Counter(job.key for job in jobs(tmp_path))
@@ -215,10 +222,10 @@ def test_a_stop_cancels_what_waits(tmp_path: Path, two: Machines) -> None:
     def tasks(dask_scheduler: Any) -> int:
         return len(dask_scheduler.tasks)
 
-    with connected(two, 2) as workers:
+    with connected(two, 2) as workers, client_of(two) as client:
         with pytest.raises(KeyboardInterrupt):
             grade(tmp_path, workers, report=stop)
-        wait_for(lambda: workers._client.run_on_scheduler(tasks) == 0)
+        wait_for(lambda: client.run_on_scheduler(tasks) == 0)
         assert sum(lines(tmp_path / "out").values()) == 1
         assert sum(item.reused for item in grade(tmp_path, workers)) == 1
 
@@ -311,13 +318,14 @@ class TestWhatAWorkerMayDo:
 )
 def test_what_is_no_result_is_a_failure_of_the_grader(tmp_path: Path, answer: Any) -> None:
     (job, *_) = jobs(make_course(tmp_path))
-    assert remote._checked(answer, job) == Broken("sent back no result")
+    assert taken(answer, job) == Broken("sent back no result")
 
 
 def test_a_result_of_another_is_a_failure_of_the_grader(tmp_path: Path) -> None:
     first, second, *_ = jobs(make_course(tmp_path))
     text = marked.as_text(graded_here(first))
-    assert remote._checked(text, second) == Broken("sent back no result")
+    assert taken(text, second) == Broken("sent back no result")
+    assert taken(text, first) == marked.from_text(text)
 
 
 @dataclass(eq=False)
@@ -361,6 +369,14 @@ class Fake:
 
     def cancel(self, futures: list[Any], force: bool) -> None:
         pass
+
+
+def taken(answer: Any, job: Job) -> Marked | Broken:
+    """What a worker's answer for a submission is taken for."""
+    fake = Fake({"tcp://a:1": 1}, answer=lambda worker, *arguments: answer)
+    task = tasks.Fingerprints(1, Unsandboxed()).task(job)
+    ((_, found),) = remote.grade(fake.cluster(), Terms(1, Unsandboxed(), ()), [task], 2)
+    return found
 
 
 def done(fake: Fake, tasks: int, **options: Any) -> list[tuple[int, Any]]:
@@ -424,14 +440,14 @@ class TestEngine:
 
     def test_a_scheduler_that_is_gone_is_told(self) -> None:
         fake = Fake({"tcp://a:1": 1})
-        fake.answer = lambda worker, task: "waits"
 
         def gone() -> dict[str, int]:
             raise OSError
 
-        found = fake.cluster()
-        found._look()
-        fake.nthreads = gone  # type: ignore[method-assign]
-        time.sleep(0.02)
+        def last(worker: str, task: int) -> str:
+            fake.nthreads = gone  # type: ignore[method-assign]
+            return "waits"
+
+        fake.answer = last
         with pytest.raises(GraderFailure, match=r"tcp://scheduler is gone: start it again"):
-            list(found.run_each(range(3), lambda task: (print, task)))
+            done(fake, 3)

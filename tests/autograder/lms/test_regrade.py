@@ -6,27 +6,24 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
-from robust_slam_autograder.executor import seeds
+from robust_slam_autograder.executor import seeds, trusted
 from robust_slam_autograder.grading import (
-    batch,
     journal,
     regrading,
     results,
     tasks,
 )
-from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
 from tests.autograder.conftest import Run
 from tests.autograder.nbgrader import course as course_of
-from tests.autograder.reports import samples
 
 TRIPLE = "def double(x):\n    return 3 * np.asarray(x)\n"
 EMPTY = "def apply(f, x, times):\n    raise NotImplementedError\n"
@@ -158,23 +155,23 @@ def test_apply_changes_results_and_gradebook_as_shown(course, regrade, autograde
     assert "3 of them unchanged" in autograder(*grade())[1]
 
 
-def spy(seen: list[tasks.Job], jobs: Iterable[tasks.Job]) -> Generator[Any, None, None]:
-    """In place of grading: note what would be graded."""
-    seen += jobs
-    yield from ()
-
-
 def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch):
     shown = changes(regrade)["changes"]
-    jobs: list[tasks.Job] = []
-    monkeypatch.setattr(batch, "_grade_all", lambda left, *how: spy(jobs, left))
+    graded: list[str] = []
+    every = trusted.run_each
+
+    def noted(*arguments: Any, **options: Any) -> Iterator[tuple[tasks.Task, Any]]:
+        for task, answer in every(*arguments, **options):
+            graded.append(task.job.student)
+            yield task, answer
+
+    monkeypatch.setattr(trusted, "run_each", noted)
     applied = changes(regrade, "--apply")
     assert applied["changes"] == shown and applied["applied"] is True
-    assert jobs == []
+    assert graded == []
     toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT))
-    with pytest.raises(KeyError):  # for the spy grades nothing
-        changes(regrade)
-    assert len(jobs) == 3
+    changes(regrade)
+    assert {*graded} == {"ada", "bob", "eve"}
 
 
 def test_the_inputs_are_the_batchs_own(course, regrade):
@@ -224,13 +221,13 @@ def test_a_submission_that_is_gone_is_named_and_its_mark_stays(course, regrade):
 def test_where_the_grader_fails_the_mark_stays(course, regrade, monkeypatch):
     shutil.rmtree(course / "out" / regrading.FOLDER_NAME)
     # Student code runs in other processes, which a patch does not reach: their answers do.
-    every = batch._grade_all
+    every = trusted.run_each
 
-    def fails(*arguments: Any) -> Iterator[tuple[tasks.Task, Marked]]:
-        for task, marked in every(*arguments):
-            yield task, Marked(samples.failed("why")) if task.job.student == "ada" else marked
+    def fails(*arguments: Any, **options: Any) -> Iterator[tuple[tasks.Task, Any]]:
+        for task, answer in every(*arguments, **options):
+            yield task, trusted.Broken("died") if task.job.student == "ada" else answer
 
-    monkeypatch.setattr(batch, "_grade_all", fails)
+    monkeypatch.setattr(trusted, "run_each", fails)
     status, out, _ = regrade("--apply")
     assert status == 1 and "the grader failed on ada: the mark stays as it is" in out
     assert scores(course) == {"ada": 16, "bob": 10, "eve": 10}

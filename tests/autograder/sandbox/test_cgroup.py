@@ -116,7 +116,11 @@ def used(group: Group) -> int:
 
 
 def limits_of(group: Group) -> list[Path]:
-    return [path for name in cgroup._MEMORY_LIMITS if (path := group.folder / name).exists()]
+    return [
+        path
+        for name in ("memory.max", "memory.limit_in_bytes")
+        if (path := group.folder / name).exists()
+    ]
 
 
 def test_a_group_has_the_sandboxs_limit_and_counts_what_sockets_hold(group: Group) -> None:
@@ -138,7 +142,7 @@ def groups_of(wall: Sandbox) -> set[str]:
     """Names of the groups of what this process has started behind a wall."""
     started = psutil.Process().children(recursive=True)
     if isinstance(wall, Fork):
-        started = processes_of(wall._home)
+        started = processes_of(wall.home)
     found = set()
     for process in started:
         with contextlib.suppress(OSError):
@@ -170,20 +174,19 @@ def test_a_group_goes_with_a_student_that_is_killed(wall: Sandbox, group: Group)
     assert not (group.folder.parent / name).exists()
 
 
-def test_what_a_killed_grader_left_is_removed(
-    group: Group, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_killed_grader_left_is_removed(group: Group) -> None:
     parent = group.folder.parent
     left = parent / f"{cgroup.PREFIX}0-left"
     left.mkdir()
     with fill(group, 1) as process:
         process.stdout.readline()
-        monkeypatch.setattr(cgroup, "_STALE_SECONDS", 3600.0)
-        cgroup._sweep(parent)
+        cgroup.problem.cache_clear()
+        assert cgroup.problem() is None
         assert left.exists()  # it may be a moment old, and its grader about to use it
-        os.utime(left, (0, 0))
-        monkeypatch.setattr(cgroup, "_STALE_SECONDS", -1.0)
-        cgroup._sweep(parent)
+        for folder in (left, group.folder):
+            os.utime(folder, (0, 0))
+        cgroup.problem.cache_clear()
+        assert cgroup.problem() is None
         assert not left.exists() and group.folder.exists()
         process.stdin.close()
 
@@ -194,7 +197,7 @@ SYSTEMD = """\
 
 
 def test_with_version_2_the_nearest_group_that_counts_its_children_is_taken(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     """A group with processes of its own cannot count its children's memory: one around it can."""
     own = tmp_path / SYSTEMD.strip()[len("0::/") :]
@@ -203,14 +206,12 @@ def test_with_version_2_the_nearest_group_that_counts_its_children_is_taken(
         (folder / "cgroup.procs").touch()
     (own / "cgroup.subtree_control").mkdir()  # as the kernel: it cannot be written
     (own.parent / "cgroup.subtree_control").write_text("memory pids")
-    (tmp_path / "mounts").write_text(f"31 23 0:28 / {tmp_path} rw - cgroup2 cgroup2 rw\n")
-    (tmp_path / "own").write_text(SYSTEMD)
-    monkeypatch.setattr(cgroup, "_MOUNTS", tmp_path / "mounts")
-    monkeypatch.setattr(cgroup, "_OWN_GROUPS", tmp_path / "own")
-    assert cgroup._parent.__wrapped__() == own.parent
+    (tmp_path / "mountinfo").write_text(f"31 23 0:28 / {tmp_path} rw - cgroup2 cgroup2 rw\n")
+    (tmp_path / "cgroup").write_text(SYSTEMD)
+    assert cgroup.parent(tmp_path) == own.parent
 
 
-def test_where_there_are_no_groups_nothing_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cgroup, "_MOUNTS", Path(os.devnull))
-    monkeypatch.setattr(cgroup, "_OWN_GROUPS", Path(os.devnull))
-    assert cgroup._parent.__wrapped__() is None
+def test_where_there_are_no_groups_nothing_is_made(tmp_path: Path) -> None:
+    for name in ("mountinfo", "cgroup"):
+        (tmp_path / name).touch()
+    assert cgroup.parent(tmp_path) is None

@@ -49,7 +49,7 @@ def test_other_processes_use_the_same_server(wall: Fork) -> None:
     users = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     assert [user.communicate()[0] for user in users] == ["None\n"] * 2
     # The servers outlive them, one for each kind of launch.
-    wait_for(lambda: len(processes_of(wall._home)) == 1)
+    wait_for(lambda: len(processes_of(wall.home)) == 1)
 
 
 # A shell's background processes ignore interrupts; this one must not.
@@ -59,7 +59,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 from robust_slam_autograder.sandbox import Fork, Launch
 wall = Fork()
 running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
-print(running.await_ready(), wall._home, flush=True)
+print(running.await_ready(), wall.home, flush=True)
 time.sleep(600)
 """
 
@@ -92,10 +92,10 @@ def test_servers_and_students_end_with_their_owner(
 
 def test_a_student_does_not_outlive_its_keeper(wall: Fork) -> None:
     running = started(wall)
-    server = min(processes_of(wall._home), key=lambda process: process.create_time())
+    server = min(processes_of(wall.home), key=lambda process: process.create_time())
     (keeper,) = server.children()
     keeper.kill()
-    wait_for(lambda: len(processes_of(wall._home)) == 1)
+    wait_for(lambda: len(processes_of(wall.home)) == 1)
     running.stop()
 
 
@@ -103,19 +103,19 @@ def test_a_stopped_student_leaves_nothing_but_a_server_that_no_other_user_may_as
     wall: Fork,
 ) -> None:
     running = started(wall)
-    assert len(processes_of(wall._home)) > 1
+    assert len(processes_of(wall.home)) > 1
     running.stop()
-    wait_for(lambda: len(processes_of(wall._home)) == 1)
-    assert not list(wall._home.glob("scratch-*"))
-    (address,) = [path for path in wall._home.iterdir() if path.is_socket()]
+    wait_for(lambda: len(processes_of(wall.home)) == 1)
+    assert not list(wall.home.glob("scratch-*"))
+    (address,) = [path for path in wall.home.iterdir() if path.is_socket()]
     assert address.stat().st_mode & 0o077 == 0
-    assert wall._home.stat().st_mode & 0o066 == 0
+    assert wall.home.stat().st_mode & 0o066 == 0
     assert address.stat().st_uid == os.getuid()
 
 
 def test_a_server_that_was_killed_is_started_again(wall: Fork) -> None:
     wall.start(LAUNCH).stop()
-    (server,) = processes_of(wall._home)
+    (server,) = processes_of(wall.home)
     server.kill()
     wait_for(lambda: not lives(server))  # its sockets are closed later than its memory
     started(wall).stop()

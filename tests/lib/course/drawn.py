@@ -71,9 +71,10 @@ def _panel(ax: Axes) -> dict[str, Any]:
         if isinstance(axis.get_major_formatter(), FixedFormatter)
     ]
     legend = ax.get_legend()
-    titles = {ax.title, ax._left_title, ax._right_title}
     shown = [
-        _described(one) for one in ax.get_children() if one is not ax.patch and one not in titles
+        _described(one)
+        for one in ax.get_children()
+        if one is not ax.patch and (not isinstance(one, Text) or one in ax.texts)
     ]
     return {
         "words": [*words, ax.get_xlabel(), ax.get_ylabel(), ax.get_xscale(), ax.get_yscale()],

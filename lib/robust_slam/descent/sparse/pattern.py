@@ -22,7 +22,7 @@ from robust_slam.descent.sparse.elimination import Elimination, find_elimination
 from robust_slam.descent.sparse.multifrontal import Multifrontal
 from robust_slam.descent.sparse.simplicial import Simplicial
 
-_DENSE = 5500.0
+DENSE = 5500.0
 """Multiplications per pose above which dense fronts are faster than sparse columns."""
 
 
@@ -186,7 +186,7 @@ def _interpreted(
     n: int, block: int, elimination: Elimination
 ) -> tuple[Indices, Callable[[Indices, Indices], Method]]:
     """Return an order of the poses, and what makes a method from rows and columns."""
-    if elimination.multiplications * block**3 <= _DENSE * n:
+    if elimination.multiplications * block**3 <= DENSE * n:
         return elimination.order + 1, partial(Simplicial, block, n - 1)
     fronts = find_fronts(elimination, block)
     return fronts.order + 1, partial(Multifrontal, block, fronts)

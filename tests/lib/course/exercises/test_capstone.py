@@ -55,7 +55,8 @@ def test_the_tool_for_pairs_takes_arrays_and_lists() -> None:
 
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     graph, is_outlier = town()
-    monkeypatch.setattr(capstone, "_public", lambda: (graph, is_outlier, "a small town"))
+    found = pose_graph.select(graph, ~is_outlier), "a small town"
+    monkeypatch.setattr(capstone.datasets, "load_or_generate", lambda *_: found)
 
 
 def test_a_public_graph_is_named_and_drawn(
@@ -68,14 +69,19 @@ def test_a_public_graph_is_named_and_drawn(
 
 
 def test_where_there_is_no_data_a_graph_is_made(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: object
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def missing(name, make):
-        return make(), "made up"
+    def keep_all(graph, *_):
+        poses = np.zeros((graph["n"], 3))
+        return {"kept": np.ones(len(graph["edges"]), bool), "poses": poses, "verdict": len(poses)}
 
-    monkeypatch.setattr(capstone.datasets, "load_or_generate", missing)
-    graph, is_outlier, word = capstone._public()
-    assert (graph.n, int(is_outlier.sum()), word) == (400, 40, "made up")
+    monkeypatch.setattr(
+        capstone.datasets, "load_or_generate", lambda name, make: (make(), "made up")
+    )
+    figure = capstone.public_graph(keep_all)
+    # Forty closures of 120 are outliers.
+    assert figure.axes[0].get_title() == "precision 0.67, recall 1.00: 400"
+    assert capsys.readouterr().out == "made up\n"
 
 
 def test_gtsam_has_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:

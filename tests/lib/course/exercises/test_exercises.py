@@ -32,7 +32,7 @@ def pictures(module: str) -> dict[str, Callable[..., Figure | None]]:
     return {
         name: draw
         for name, draw in made.items()
-        if hasattr(draw, "__wrapped__") and name not in ("public_graph", "_beside_gtsam")
+        if hasattr(draw, "__wrapped__") and name != "public_graph" and not name.startswith("_")
     }
 
 

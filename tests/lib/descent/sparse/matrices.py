@@ -61,7 +61,7 @@ def as_dense(pattern, total):
 def pattern_by(method, n, edges, block, monkeypatch):
     """The pattern with one of the METHODS, whatever would be quicker."""
     limit = np.inf if method == "simplicial" else -1.0
-    monkeypatch.setattr("robust_slam.descent.sparse.pattern._DENSE", limit)
+    monkeypatch.setattr("robust_slam.descent.sparse.pattern.DENSE", limit)
     if method == "compiled":
         need_numba()
     pattern = find_pattern(n, edges, block, compiled=method == "compiled")

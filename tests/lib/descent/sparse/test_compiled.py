@@ -64,7 +64,7 @@ def test_gnc_rejects_the_same_closures_and_keeps_to_the_compiled_way(
     by_numpy = gnc(graph, 4.0)
     compiled_from(len(graph.edges))
     # With fewer edges the rule alone would choose numpy.
-    monkeypatch.setattr(normal_equations, "_FULL_SHARE", 0.999)
+    monkeypatch.setattr(normal_equations, "FULL_SHARE", 0.999)
     compiled = gnc(graph, 4.0)
     np.testing.assert_array_equal(compiled.weights, by_numpy.weights)
     assert_same_poses(graph.group, compiled.x, by_numpy.x, 1e-6)
