@@ -14,8 +14,11 @@ import pytest
 from myst_nb.core import render
 from nbformat.v4 import new_output
 from robust_slam_autograder.publishing import wheels
+from robust_slam_autograder.reading import assignment
+from robust_slam_autograder.reports.feedback import anchor
 
 from chapters._ext import notebooks
+from tests.autograder.reports.test_feedback import ASSIGNMENTS
 from tests.book.built_site import ROOT
 from tests.book.conftest import BELOW, PAGES, TITLE, Site
 
@@ -128,6 +131,13 @@ def broken(page: Path, pages: dict[Path, Reader]) -> list[str]:
         if not target.exists() or (place and target in pages and place not in pages[target].ids):
             missing.append(f"{page.name}: {address}")
     return missing
+
+
+@pytest.mark.parametrize("name", assignment.find_names(ASSIGNMENTS))
+def test_the_sections_that_feedback_links_to_are_there(name: str, site: Site) -> None:
+    config = assignment.load_config(ASSIGNMENTS / name / assignment.CONFIG_NAME)
+    sections = site.parsed(f"chapters/{config.chapter}").find_all("section", id=True)
+    assert {anchor(each) for each in config.sections.values()} <= {one["id"] for one in sections}
 
 
 class TestExtension:
