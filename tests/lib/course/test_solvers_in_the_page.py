@@ -78,6 +78,7 @@ def differences() -> dict[str, list[float]]:
 def test_the_page_answers_what_the_library_answers(
     name: str, differences: dict[str, list[float]]
 ) -> None:
+    """The first one waits for all cases of all solvers, here and in one run of node."""
     worst = int(np.argmax(differences[name]))
     given = parity.drawn(name)[worst].given
     assert differences[name][worst] <= SOLVERS[name][1], (worst, given)
