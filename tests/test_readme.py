@@ -42,6 +42,7 @@ def taken(tour: str) -> dict[str, Any]:
 )
 @pytest.mark.long
 def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int) -> None:
+    """It solves Intel, a public graph, with 100 outliers from several starts."""
     end = taken(tour.replace("default_rng(1)", f"default_rng({seed})"))
     answer, is_outlier = end["answer"], end["is_outlier"]
     assert not np.any(answer.kept[is_outlier])
@@ -51,6 +52,7 @@ def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int)
 
 @pytest.mark.long
 def test_small_outliers_are_rejected_with_the_noise_that_is_found_alone(tour: str) -> None:
+    """It solves Intel with 100 outliers twice: with the noise found and without."""
     local = tour.replace("add_random_closures", "add_local_closures")
     for code, kept in ((local, 0), (local.replace("(spoiled)", "(spoiled, find_noise=False)"), 4)):
         end = taken(code)

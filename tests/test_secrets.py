@@ -231,6 +231,7 @@ class TestPublicCourse:
     """What ``make public`` writes, of a copy of this course in which all private is marked."""
 
     def test_none_reaches_the_public_course(self, public: Path) -> None:
+        """The first one waits for a copy of the repository and the public course made of it."""
         files = dict(files_below(public))
         assert len(files) > 250
         assert not [path for path, text in files.items() if CANARY in text]
@@ -361,9 +362,9 @@ class TestPublicCourse:
     def test_its_tests_can_all_be_collected_and_those_of_the_house_pass(
         self, public: Path
     ) -> None:
-        """What these look at differs there; `make soak` runs all of its tests.
+        """A second pytest imports all tests there; one that reads solutions then would fail.
 
-        One that reads solutions where it is collected would fail.
+        What these look at differs there; `make soak` runs all of its tests.
         """
         house = "test_house.py or test_docstrings.py or test_version.py"
         command = [sys.executable, "-m", "pytest", "-q", "--assert=plain"]

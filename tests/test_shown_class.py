@@ -71,6 +71,7 @@ def cases(folder: Path, student: str) -> Iterator[tuple[str, dict[str, Any]]]:
 def test_there_is_feedback_of_the_two_who_wrote_their_own_and_of_no_other(
     pages: Mapping[str, str],
 ) -> None:
+    """The first one waits for `make` to grade a class, write its report and its feedback."""
     feedback = [name for name in pages if name.startswith("feedback/")]
     assert feedback == [f"feedback/{student}/{name}.html" for student, name in SHOWN.items()]
     assert len(pages) == 2 + 3 + len(STUDENTS)

@@ -78,6 +78,7 @@ def grade(
 def test_right_answers_get_full_marks(
     name: str, column: tuple[Answer, ...], seed: int, wall_name: str
 ) -> None:
+    """The first of an assignment waits for what any of its answers import, such as scipy.stats."""
     marks = grade(name, column, seed, choose(wall_name))
     for answer in column:
         exercise = marks[answer.exercise]

@@ -194,6 +194,7 @@ def visit(
 
 
 def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Asked]) -> None:
+    """Python and its packages load twice in the page, for Stop ends it with the endless loop."""
     browser = visit
     asked = server[1]
     browser.evaluate("document.fonts.ready.then(() => 0)")

@@ -65,12 +65,8 @@ def build(folder: Path, url: str) -> str:
     (folder / "_config.yml").write_text(with_address(url), encoding="utf-8")
     (folder / "assignments").mkdir()
     (folder / "assignments" / "00-one.zip").write_bytes(b"PK")
-    toc = {
-        "format": "jb-book",
-        "root": "chapters/index",
-        "chapters": [{"file": "chapters/00-one"}],
-    }
-    (folder / "_toc.yml").write_text(yaml.safe_dump(toc))
+    toc = {"root": "chapters/index", "chapters": [{"file": "chapters/00-one"}]}
+    (folder / "_toc.yml").write_text(yaml.safe_dump({"format": "jb-book"} | toc))
     book = Path(sys.executable).with_name("jupyter-book")
     command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -84,6 +80,7 @@ def build(folder: Path, url: str) -> str:
     ("url", "lab"), [("", False), (ADDRESS, True)], ids=["bare", "with address and runtime"]
 )
 def test_pages_have_links_to_what_is_there(tmp_path: Path, url: str, lab: bool) -> None:
+    """jupyter-book builds a whole book of one chapter."""
     if lab:
         put_lab(tmp_path)
     html = build(tmp_path, url)

@@ -57,15 +57,12 @@ def notebook_of(names: list[str], path: Path) -> None:
 def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
     browser: Browser, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """Some of the pictures, which have one frame; in ``make soak`` all."""
+    """JupyterLab and a kernel start. Some pictures, which have one frame; in ``make soak`` all."""
     path = tmp_path / "pictures.ipynb"
     names = sorted(set(course.__all__))[:: 1 if depth.is_soak(request.config) else 5]
     notebook_of(names, path)
     variables = jupyterlab.environment(tmp_path / "home")
-    with (
-        jupyterlab.running(tmp_path, variables) as address,
-        jupyterlab.page_of(browser) as page,
-    ):
+    with jupyterlab.running(tmp_path, variables) as address, jupyterlab.page_of(browser) as page:
         page.emulate_media(reduced_motion="reduce")
         notebook = jupyterlab.Notebook(page, address, path)
         notebook.run_all()

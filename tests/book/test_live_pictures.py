@@ -164,6 +164,7 @@ def test_each_handle_has_a_name_and_says_its_value(opened: tuple[Visit, Look]) -
 def test_each_control_changes_the_picture_and_reset_brings_it_back(
     opened: tuple[Visit, Look],
 ) -> None:
+    """Each control of each picture is moved and put back; solvers in the page draw it anew."""
     for picture in pictures(opened[0].page):
         reset(picture)
         first = seen(picture)

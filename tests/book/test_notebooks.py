@@ -31,6 +31,7 @@ def write(path: Path, source: str) -> Path:
 
 
 def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> None:
+    """Four notebooks run, and a kernel starts for each."""
     paths = {name: write(tmp_path / f"{name}.ipynb", text) for name, text in SOURCES.items()}
     paths["text"] = tmp_path / "text.md"
     config = SimpleNamespace(

@@ -227,6 +227,7 @@ class TestThePage:
     def test_a_file_becomes_a_map_that_can_be_asked_and_saved(
         self, visit: Visit, town: PoseGraph, tmp_path: Path
     ) -> None:
+        """Python with SciPy starts in the page and solves a graph; axe-core looks at it twice."""
         page, status = visit.page, visit.page.locator("#own-graph [role=status]")
         g2o.write(tmp_path / "my town.g2o", town)
         page.get_by_label("choose one").set_input_files(tmp_path / "my town.g2o")
@@ -268,6 +269,7 @@ class TestThePage:
         assert page.evaluate(TOO_WIDE) == []
 
     def test_a_broken_file_and_a_stop(self, visit: Visit) -> None:
+        """Stop ends Python in the page, which then starts again with all its packages."""
         page, status = visit.page, visit.page.locator("#own-graph [role=status]")
         page.get_by_role("button", name="A broken file").press("Enter")
         problem = page.locator("[data-say=problem]")

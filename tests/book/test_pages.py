@@ -146,6 +146,7 @@ class EveryPage:
 
     @pytest.mark.rest
     def test_on_a_desk_it_is_open_to_all(self, visit: Visit) -> None:
+        """axe-core looks at every element in the light, and at the colours again in the dark."""
         visit.page.set_viewport_size(DESK)
         assert_open_to_all(visit.page)
 

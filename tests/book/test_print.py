@@ -59,6 +59,7 @@ def printed(site: Site, tmp_path_factory: pytest.TempPathFactory) -> tuple[Book,
 def test_contents_and_bookmarks_name_the_pages_where_sections_begin(
     printed: tuple[Book, PdfReader, Path],
 ) -> None:
+    """The first one waits until Chromium has printed a book of three pages."""
     joined, reader, target = printed
     listed = places(target)
     contents = "\n".join(page.extract_text() for page in reader.pages[1:3])
@@ -119,9 +120,7 @@ def places_of_text(page: PageObject) -> list[tuple[float, float]]:
     return found
 
 
-def test_it_is_tagged_named_and_carries_its_fonts(
-    printed: tuple[Book, PdfReader, Path],
-) -> None:
+def test_it_is_tagged_named_and_carries_its_fonts(printed: tuple[Book, PdfReader, Path]) -> None:
     _, reader, _ = printed
     root = reader.trailer["/Root"]
     assert root["/MarkInfo"]["/Marked"] and root["/Lang"] == "en"
@@ -153,6 +152,7 @@ def test_each_link_leads_within_the_document_or_to_the_web(
 def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(
     site: Site, open_page: Opener
 ) -> None:
+    """All pages of the site are joined into one document and counted in the browser."""
     joined = book(site.folder)
     assert sorted(joined.pages) == sorted(PAGES)
     document = joined.html({})

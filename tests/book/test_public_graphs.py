@@ -127,6 +127,7 @@ def numbers(text: str) -> set[str]:
 @each_way
 @each_section
 def test_every_number_of_the_text_was_printed(section: Section, here: bool, page) -> None:
+    """A kernel starts and runs the section, which makes several maps of a graph."""
     shown = page(section, here)
     assert CHANGED not in shown.printed
     said = numbers("\n".join([shown.text, *shown.captions, *shown.alts]))

@@ -126,6 +126,7 @@ def run(python: Path, name: str) -> list[dict[str, Any]]:
 )
 @pytest.mark.rest
 def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name: str, python: Path) -> None:
+    """Pyodide loads NumPy, SciPy and Matplotlib, then runs all cells of the chapter."""
     book, results = stored(name), run(python, name)
     wrong = []
     for result in results:

@@ -70,6 +70,7 @@ def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
 
 
 def test_where_they_are_made_the_page_leads_to_them_as_they_come_and_go(tmp_path: Path) -> None:
+    """Sphinx builds the page three times, each time in a new process."""
     address = f"../{SAMPLES}/{REPORT}"
     target = (tmp_path / "out" / "chapters" / address).resolve()
     made = tmp_path / SAMPLES_SOURCE / REPORT

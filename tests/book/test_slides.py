@@ -84,15 +84,15 @@ def test_the_words_of_each_mark_stand_in_the_text(notebook: Path) -> None:
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 @pytest.mark.rest
 def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path) -> None:
+    """The first one waits for the decks of all chapters, and for npm to install reveal.js."""
     found = marks.read(notebook)
     assert 20 <= len(found) <= 30
     assert 40 <= sum(mark.minutes for mark in found) <= 50
     assert all(mark.notes for mark in found)
     page = (decks / "chapters" / f"{notebook.stem}.html").read_text(encoding="utf-8")
     assert page.count(f'href="../slides/{notebook.stem}.html"') == 1
-    assert (decks / "slides" / f"{notebook.stem}.html").read_text("utf-8").count(
-        "<section"
-    ) == len(found)
+    deck = (decks / "slides" / f"{notebook.stem}.html").read_text("utf-8")
+    assert deck.count("<section") == len(found)
 
 
 @pytest.mark.parametrize(("name", "width"), SHOWN)
@@ -101,6 +101,7 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path
 def test_no_slide_overflows_and_all_can_be_used(
     name: str, width: int, decks: Path, open_page: Opener
 ) -> None:
+    """Every slide is drawn and looked at by axe-core, and its picture's handles are moved."""
     viewport = {"width": width, "height": SIZES[width]}
     with served(decks) as address:  # axe-core reads style sheets, which it may not from a file
         look_through(f"{address}/slides/{name}.html", open_page, viewport)

@@ -49,6 +49,7 @@ def complaints(validator: Path, pages: list[Path], said: Path) -> list[str]:
 
 
 def test_every_page_is_valid(site: Site, validator: Path, tmp_path: Path) -> None:
+    """html-validate reads all pages of the site, of which the longest has more than a megabyte."""
     others = {"_static", "lab"}  # pages of Sphinx and of JupyterLite
     pages = [path for path in sorted(site.folder.rglob("*.html")) if not others & {*path.parts}]
     assert len(pages) > 3

@@ -88,6 +88,7 @@ def test_a_single_outlier_bends_no_odometry():
 
 @pytest.mark.long
 def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_map() -> None:
+    """A sphere of 460 poses with 92 outliers is solved from several starts and certified."""
     noise = Noise(odometry=(0.05, 0.15), closure=(0.05, 0.15))
     clean, truth = sphere(460, 0, around=20, noise=noise)
     graph, is_outlier = add_random_closures(clean, 92, 0, poses=truth)

@@ -207,6 +207,7 @@ def follower(
 @pytest.mark.sandbox
 @pytest.mark.parametrize("command", TYPED, ids=lambda command: f"{command.line}: {command.text}")
 def test_a_command_does_what_the_page_promises(follower: Reader, command: Command) -> None:
+    """`make course` releases and grades all; on a cluster, two workers first have to start."""
     said = follower.follow(command)
     assert said.status == 0, said.text
     promise = PROMISES[command.text]

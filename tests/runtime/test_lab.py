@@ -191,6 +191,7 @@ def commanded(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
 
 
 def test_cells_run_and_say_what_is_wrong(done: dict[str, Any]) -> None:
+    """The first one waits for a student's whole way through an assignment in the browser."""
     assert done["start"] == "" and done["right"] == ""
     assert "NotImplementedError" in done["empty"]
     assert "AssertionError: Only the outlier costs anything: (2/0.05)²." in done["wrong"]
@@ -291,6 +292,7 @@ def site(tmp_path: Path) -> Iterator[Site]:
 
 @pytest.mark.rest
 def test_an_older_copy_stays_beside_the_corrected_assignment(browser: Browser, site: Site) -> None:
+    """JupyterLab opens in the browser four times."""
     with page_in(browser, viewport=SIZE, reduced_motion="reduce") as page:
         question = page.locator("dialog", has_text="has been corrected")
         tabs = page.locator(".lm-DockPanel-tabBar .lm-TabBar-tabLabel")

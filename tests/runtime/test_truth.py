@@ -29,9 +29,7 @@ QUICK = ("03-irls", "06-switches-and-consistency")
 """The first may not use the course's library; the second may use a part of it."""
 WRONG = 3
 """How many wrong answers to each assignment."""
-CANNOT = {
-    "07-certificates": {"solve_sdp": "No module named 'cvxpy'"},
-}
+CANNOT = {"07-certificates": {"solve_sdp": "No module named 'cvxpy'"}}
 """Exercises that cannot be done in the browser, with the reason that `check` gives."""
 LOOP = "def irls_step(*args):\n    while True:\n        pass\n"
 WITHHELD = "from robust_slam.estimators import reweighting\n"
@@ -111,6 +109,7 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFi
 
 
 def test_right_answers_pass_and_the_command_says_the_same(name, there, here):
+    """The first one waits until all notebooks of this file are checked in Pyodide."""
     said = there[f"{name}.right"].split("\n")
     cannot = CANNOT.get(name, {})
     lost = [line for line in said if line.startswith("✗")]

@@ -114,6 +114,7 @@ def test_the_page_lists_every_assignment() -> None:
 
 @pytest.mark.long
 def test_who_types_the_lines_has_a_check(tmp_path: Path, zips: Path, shell: Terminal) -> None:
+    """A new environment gets pip, which then installs the wheels of two assignments."""
     type_in(shell, *INSTALL)
     lend_packages(tmp_path / "home" / ".venv")
     type_in(shell, "unset PYTHONPATH")
@@ -123,9 +124,8 @@ def test_who_types_the_lines_has_a_check(tmp_path: Path, zips: Path, shell: Term
     said = shell.run(CHECK)
     shown = next(block for block in page.blocks(TEXT) if block.kind == "text")
     assert said.status == 1
-    assert [line for line in said.text.splitlines() if line in shown.body.splitlines()] == (
-        shown.body.splitlines()
-    )
+    lines = shown.body.splitlines()
+    assert [line for line in said.text.splitlines() if line in lines] == lines
     assert said.text.splitlines()[-1] == (
         f"Visible cases passed in 3 of 4 exercises; {hidden_cases()} hidden cases remain when it "
         "is graded."

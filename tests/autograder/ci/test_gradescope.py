@@ -162,6 +162,7 @@ def curious(container: Path) -> dict[str, Any]:
 def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
     submit, container, wall_name, before
 ):
+    """Its image is set up first: an environment into which pip installs the grader."""
     if before and not as_user.may():
         leave_out("only root can give rights away")
     if before and landlock.version() == 0:

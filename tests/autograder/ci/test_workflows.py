@@ -177,6 +177,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReq
 
 
 def test_a_push_is_checked_in_a_fresh_clone(init, tmp_path, released, machine):
+    """Pip installs the grader into a new environment; then three checks run, each a process."""
     student = students_repository(tmp_path / "student", released)
     path = init("github-student", student, "--install", str(GRADER))
     solve(student / toy.NAME / f"{toy.NAME}.ipynb", toy.DOUBLE)
@@ -215,11 +216,7 @@ def test_gitlab_checks_the_same(init, tmp_path, released):
     assert str(GRADER) in install
     environment = {"PATH": f"{sys.prefix}/bin:/usr/bin:/bin", "HOME": str(tmp_path)}
     done = subprocess.run(
-        ["sh", "-e", "-c", check],
-        cwd=student,
-        env=environment,
-        capture_output=True,
-        text=True,
+        ["sh", "-e", "-c", check], cwd=student, env=environment, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stdout + done.stderr
     (report,) = job["artifacts"]["paths"]
@@ -254,6 +251,7 @@ def grade(grader: Runner, root: Path, steps: dict[str, Any]) -> subprocess.Compl
 
 @pytest.mark.sandbox
 def test_marks_leave_the_machine_encrypted_and_without_a_name(private, grader, wall_name):
+    """A key is made, and each step starts anew: grading, the sandbox's check, feedback, gpg."""
     root, steps = private
     toy.write(root / "submitted" / STUDENT / "draft" / "draft.ipynb", toy.answer())
     key(root / ".github" / "marks.asc", grader)

@@ -138,6 +138,7 @@ def converse(data: bytes, ends: bool) -> None:
 
 @fuzzed(200, STREAMS, st.booleans())
 def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data: bytes, ends: bool) -> None:
+    """Two conversations on each of 200 streams, which take long to draw."""
     converse(data, ends)
 
 

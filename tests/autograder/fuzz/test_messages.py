@@ -15,15 +15,7 @@ from robust_slam_autograder.protocol.wire import WireError
 from tests.autograder.fuzz import messages
 from tests.autograder.fuzz.messages import TUPLE, extension
 from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes, variants
-from tests.autograder.fuzz.values import (
-    PLAIN,
-    STRANGE,
-    Foreign,
-    export,
-    nested,
-    plain_cost,
-    same,
-)
+from tests.autograder.fuzz.values import PLAIN, STRANGE, Foreign, export, nested, plain_cost, same
 
 
 def decoded(data: bytes) -> Any:
@@ -64,6 +56,7 @@ def check(data: bytes) -> None:
 
 @fuzzed(500, messages.HOSTILE)
 def test_any_bytes_are_plain_data_or_refused(data: bytes) -> None:
+    """500 messages, of which the nested ones take long to draw."""
     check(data)
 
 

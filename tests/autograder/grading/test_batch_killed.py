@@ -103,6 +103,7 @@ def gradebook(out: Path) -> list[tuple[Any, ...]]:
 def test_a_batch_that_is_killed_ends_as_one_that_is_not(
     course: Path, tmp_path: Path, temporary: Path, wall_name: str
 ) -> None:
+    """The class is graded four times, each time by a new process; two of these are killed."""
     whole, out, mark = tmp_path / "whole", tmp_path / "killed", str(temporary)
     finish(course, whole, temporary, wall_name)
     assert {student[3:]: result["score"] for student, result in results(whole).items()} == SCORES

@@ -137,7 +137,7 @@ def lines(out: Path) -> Counter[str]:
 
 @pytest.mark.sandbox
 def test_marks_are_those_of_one_process(tmp_path: Path, two: Machines, wall_name: str) -> None:
-    """Refusals too, in the same words."""
+    """Refusals too, in the same words. A class is graded here and by two workers that start."""
     course = make_course(tmp_path)
     (course / "submitted" / "zoe").symlink_to("ada")
     (course / "submitted" / "yan" / toy.NAME).mkdir(parents=True)
@@ -156,6 +156,7 @@ def test_marks_are_those_of_one_process(tmp_path: Path, two: Machines, wall_name
 def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
     tmp_path: Path, machines: Machines, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Dask's scheduler and three workers start, and each imports the grader."""
     toy.make_tree(tmp_path)
     for number in range(8):
         toy.hand_in(tmp_path / "submitted", f"{number:02}", toy.answer(SLOW))
@@ -312,9 +313,7 @@ class TestWhatAWorkerMayDo:
 
 
 @pytest.mark.parametrize(
-    "answer",
-    [None, 3, "{}", ("x", "y"), "[" * 100_000, Broken(3)],
-    ids=range(6),
+    "answer", [None, 3, "{}", ("x", "y"), "[" * 100_000, Broken(3)], ids=range(6)
 )
 def test_what_is_no_result_is_a_failure_of_the_grader(tmp_path: Path, answer: Any) -> None:
     (job, *_) = jobs(make_course(tmp_path))

@@ -54,7 +54,7 @@ WRONGS = [field.name for field in dataclasses.fields(Report) if field.name != "s
 @pytest.mark.sandbox
 @pytest.mark.parametrize("wrong", WRONGS)
 def test_of_all_submissions_none_is(report: Report, wrong: str) -> None:
-    """What each word means: see ``batch.Report`` and ``verdict``."""
+    """Hundreds are graded, of which many run into a limit. For each word see ``batch.Report``."""
     assert report.submissions == len(catalogue.entries())
     assert getattr(report, wrong) == ()
 

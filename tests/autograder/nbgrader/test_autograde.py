@@ -145,6 +145,7 @@ def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
 
 
 def test_results_are_the_command_lines(done):
+    """The first one waits until nbgrader's commands and the command line have graded a class."""
     alone = done.course / "alone"
     ours = [path.relative_to(alone) for path in alone.glob("*/*.json")]
     assert len(ours) == 17

@@ -23,10 +23,7 @@ from tests.conftest import working
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 
-STUDENTS = {
-    "broken": {"cells": "none"},
-    "half": toy.answer(toy.DOUBLE.replace("2 *", "3 *")),
-}
+STUDENTS = {"broken": {"cells": "none"}, "half": toy.answer(toy.DOUBLE.replace("2 *", "3 *"))}
 """Submissions whose marks come about in another way each."""
 
 
@@ -88,6 +85,7 @@ def autograde(formgrader: FrameLocator, student: str) -> str:
 @pytest.mark.browser
 @pytest.mark.sandbox
 def test_formgraders_button_gives_the_command_lines_marks(sample, lab, page, tmp_path):
+    """JupyterLab starts with formgrader, in which two submissions are graded after each other."""
     formgrader = open_formgrader(page, lab)
     formgrader.locator("tr", has_text=toy.NAME).locator(".num-submissions a").click()
     for student in STUDENTS:

@@ -190,6 +190,7 @@ assert page.count("lastword") == len(cells)
 
 
 def test_a_page_takes_time_in_proportion_to_its_text():
+    """One page is made of cells with up to a million characters each."""
     sizes = {LONGEST - 20: SLOW, 10**5: ["[", "."], 10**6: ["\\begin{a}"]}
     made = [
         f"x{text * (size // len(text))} lastword"

@@ -163,6 +163,7 @@ class TestPostgresIsStrict:
         assert said.startswith("a\\x00b \\udcff 😀 %s %(x)s ' long ") and len(said) > 250_000
 
     def test_nbgraders_own_upgrade_has_nothing_to_do(self, shared, server, monkeypatch):
+        """The server starts, and the upgrade is a process of Alembic's own."""
         monkeypatch.setenv("PATH", f"{course_of.SCRIPTS}{os.pathsep}{os.environ['PATH']}")
         record_some(shared, ["ada"], FULL)
         versions = [server.run("SELECT version_num FROM alembic_version", shared.database or "")]
@@ -231,6 +232,7 @@ class TestCommands:
         assert marks[-3:] == ["16", "16", "10"]
 
     def test_nbgraders_own_commands_write_there_too(self, tmp_path, shared, monkeypatch):
+        """``nbgrader autograde`` starts and grades in a sandbox."""
         made = course_of.make(tmp_path)
         course_of.hand_in(made, "ada", course_of.answer())
         address = database.for_nbgrader(shared)

@@ -118,7 +118,7 @@ def test_a_wheel_holds_what_the_public_may_have(released):
 
 
 def test_a_fix_reaches_who_has_installed_the_release_before(tree, tmp_path):
-    """The same three lines, in an environment that all assignments share."""
+    """Pip installs twice, by the same lines, in an environment that all assignments share."""
     world.write(
         tree.parent, COURSE, world.COURSE.replace('["a-lab>=4"]', "[]").replace("[extra]", "")
     )

@@ -44,6 +44,7 @@ def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     ids=["every wall stands", "no attack succeeds"],
 )
 def test_for_an_ordinary_user(words: list[str]) -> None:
+    """A second pytest starts, and runs these tests again."""
     done = run_as_ordinary_user(*words)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
     assert re.search(r"\d\d passed", done.stdout) and "skipped" not in done.stdout

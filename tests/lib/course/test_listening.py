@@ -116,7 +116,7 @@ def listeners(page: Page) -> list[Listener]:
 
 
 def test_a_listener_finds_the_outlier_of_a_robust_map(page: Page, towns: list[Picture]) -> None:
-    """Least squares spreads its error: there the highest tone is often that of another edge."""
+    """Ten towns by keys, each twice: least squares often has its highest tone at another edge."""
     found = np.zeros(2, int)
     for picture, shown in zip(towns, page.locator(".rs-picture").all(), strict=True):
         listener, wrong = Listener(shown), picture.state["wrong"][0]

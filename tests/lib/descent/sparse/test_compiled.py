@@ -47,6 +47,7 @@ def compiled_from(monkeypatch):
 @pytest.mark.parametrize("make", [manhattan, sphere], ids=["plane", "space"])
 @pytest.mark.parametrize("descend", [gauss_newton, levenberg_marquardt])
 def test_descents_end_in_the_same_minimum(compiled_from, make, descend):
+    """Long where Numba compiles the kernels; the next run finds what this one has kept."""
     need_numba()
     graph, _ = make(200, np.random.default_rng(0), closures=100)
     by_numpy = descend(graph, chordal(graph))

@@ -61,6 +61,7 @@ def test_only_joined_poses_have_blocks_each_once(case, n, more, block):
 @sizes
 @pytest.mark.parametrize("columns", [(), (3,)])
 def test_the_solution_is_the_dense_one_and_zero_at_pose_0(case, n, more, block, columns):
+    """Long where Numba compiles the solver; the next run finds what this one has kept."""
     pattern, edges, blocks, rng = case(n, more, block)
     right = rng.normal(size=(n, block, *columns))
     x = pattern.factorise(summed(pattern, blocks)).solve(right)
