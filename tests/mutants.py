@@ -43,7 +43,9 @@ def stale(mutants: Sequence[Mutant]) -> list[str]:
         path = ROOT / one.file
         times = path.read_text("utf-8").count(one.old) if path.is_file() else 0
         if times != 1:
-            problems.append(f"{one.file} has {one.old.strip()!r} {times} times: repair its mutant.")
+            problems.append(
+                f"{one.file} has {one.old.strip()!r} {times} times: repair its mutant."
+            )
     tests = sorted({mutant.caught_by for mutant in mutants})
     listing = subprocess.run(
         [*PYTEST, "--collect-only", *tests], cwd=ROOT, capture_output=True, text=True

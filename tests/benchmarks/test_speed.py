@@ -15,7 +15,7 @@ from robust_slam.graphs.generate import manhattan
 
 from tests.conftest import leave_out
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 @pytest.fixture(name="speed")

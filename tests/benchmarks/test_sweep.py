@@ -36,7 +36,7 @@ from benchmarks.sweep.definition import (
 from benchmarks.sweep.journal import Run
 from benchmarks.sweep.run import Task, do, run_world
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 WORLD = World("manhattan", "random", 10, 0)
 SCORE = Score(precision=0.5, recall=0.25, ate=0.125, seconds=2.0, solves=10)

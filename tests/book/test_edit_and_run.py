@@ -195,24 +195,23 @@ def visit(
 
 def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Asked]) -> None:
     """Python and its packages load twice in the page, for Stop ends it with the endless loop."""
-    browser = visit
     asked = server[1]
-    browser.evaluate("document.fonts.ready.then(() => 0)")
+    visit.evaluate("document.fonts.ready.then(() => 0)")
     assert set(asked.of_python()) == BEFORE
 
-    cell = of_kind(browser, ".output.stream")
+    cell = of_kind(visit, ".output.stream")
     code, stored = cell.code(), cell.output()
     cell.press("Edit and run")
     assert cell.wait("Done|ended|Python") and cell.wait("Done|ended") == "Done."
     assert cell.output().split() == stored.split() != []
-    assert not browser.evaluate(ASKS)
+    assert not visit.evaluate(ASKS)
     assert cell.run("print('my own', 6 * 7)").strip() == "my own 42"
-    assert browser.evaluate(ASKS), "what was written would be lost"
+    assert visit.evaluate(ASKS), "what was written would be lost"
     found = asked.of_python()
     assert found.pop("wheels/page-lock.json") == [200, 304]  # Pyodide reads it too
     assert {status for all_ in found.values() for status in all_} == {200}
 
-    figure = of_kind(browser, "figure .rs-figure")
+    figure = of_kind(visit, "figure .rs-figure")
     caption = figure.ask("cell.querySelector('figcaption').textContent")
     figure.press("Edit and run")
     figure.wait("Done|ended")
@@ -222,7 +221,7 @@ def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Aske
     said = "Drawn by your code. The chapter’s caption: "  # an earlier cell is the reader's
     assert said in told and told.replace(said, "") == caption
 
-    picture = of_kind(browser, ".rs-picture")
+    picture = of_kind(visit, ".rs-picture")
     picture.press("Edit and run")
     picture.wait("Done|ended")
     assert picture.ask("cell.querySelectorAll('.rs-picture[data-live] [data-handle]').length")
@@ -251,7 +250,7 @@ def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Aske
     assert cell.code().split() == code.split()
     assert cell.output() == stored
     assert cell.ask("cell.querySelector('.rs-run').textContent") == "Edit and run"
-    assert not browser.evaluate(ASKS)
+    assert not visit.evaluate(ASKS)
 
 
 @pytest.mark.parametrize(

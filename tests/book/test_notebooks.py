@@ -15,6 +15,8 @@ from chapters._ext import names, notebooks
 PRINTS = "print({0}); open('runs.txt', 'a').write('{0} ')"
 DEFINES = """
 import functools, threading, matplotlib.pyplot as plt
+
+pytestmark = pytest.mark.rest
 sizes, drawn, cannot = [3], plt.figure(), threading.Lock()
 total = functools.cache(lambda x: x + sum(sizes))
 """

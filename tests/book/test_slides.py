@@ -136,6 +136,7 @@ def take_hold(page: Page) -> None:
     assert page.evaluate("deck.getIndices().h") == number + 1
 
 
+@pytest.mark.rest
 def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(
     decks: Path, open_page: Opener
 ) -> None:

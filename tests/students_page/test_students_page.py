@@ -27,6 +27,8 @@ from tests.autograder.ci.running import NETWORK, OFFLINE, PACKAGES
 from tests.operate_page import page
 from tests.operate_page.terminal import Said, Terminal
 
+pytestmark = pytest.mark.rest
+
 TEXT = page.source(ROOT / "chapters" / "students.md")
 TYPED = [command.text for block in page.blocks(TEXT) for command in page.commands(block)]
 FIRST, SECOND = "00-one-lie", "07-certificates"

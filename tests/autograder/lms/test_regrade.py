@@ -25,6 +25,8 @@ from tests.autograder import toy
 from tests.autograder.conftest import Run
 from tests.autograder.nbgrader import course as course_of
 
+pytestmark = pytest.mark.rest
+
 TRIPLE = "def double(x):\n    return 3 * np.asarray(x)\n"
 EMPTY = "def apply(f, x, times):\n    raise NotImplementedError\n"
 STRICT = "assert double(3) == 7, 'wrong'\n"

@@ -17,6 +17,8 @@ from tests import kernel
 from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
 
+pytestmark = pytest.mark.rest
+
 WRONG = toy.DOUBLE.replace("2 *", "3 *")
 
 

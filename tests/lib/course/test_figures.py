@@ -22,7 +22,7 @@ from robust_slam_course.figures.narrow import SMALLEST, WIDTH, narrowed
 from robust_slam_course.figures.svg import inline
 from robust_slam_course.style import figure_style
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 BARE = re.compile(r"(?<!,)#[0-9a-f]{6}\b")
 """A colour that is no fall-back."""
