@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robust_slam_autograder.lint import asserts, beside, compare, hidden, structure
+from robust_slam_autograder.lint import asserts, beside, compare, hidden, structure, text
 from robust_slam_autograder.lint.allow import allowances
 from robust_slam_autograder.lint.rule import Finding, Rule, rule, rules_of
 from robust_slam_autograder.lint.subject import Found, Subject, load
 
 __all__ = ["RULES", "Finding", "lint"]
 
-_ABOUT_TESTS = rules_of(compare, structure, hidden, asserts, beside)
+_ABOUT_TESTS = rules_of(compare, structure, hidden, asserts, beside, text)
 
 
 @rule(
@@ -34,18 +34,19 @@ def _unused_comments(subject: Subject) -> Iterator[Found]:
         found = _ABOUT_TESTS[allowed.rule].check(subject)
         if not any(allowed.covers(allowed.rule, place) for place in found):
             what = f"Nothing here breaks {allowed.rule}: delete the comment."
-            yield Found(allowed.cell, allowed.line, what)
+            yield Found(allowed.cell, what, allowed.line)
 
 
 RULES: tuple[Rule, ...] = (*_ABOUT_TESTS.values(), _bad_comments, _unused_comments)
 
 
-def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
+def lint(notebook: Path, answers: Path | None = None, book: Path | None = None) -> list[Finding]:
     """Run every rule on an assignment.
 
     Args:
         notebook: the instructor's.
         answers: folder of right and wrong answers, ``<assignment>/<exercise>.toml``.
+        book: folder of the book's pages.
 
     Returns:
         what was found and is not allowed, in the order of the cells.
@@ -53,7 +54,7 @@ def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
     Raises:
         WrongUse: the notebook or its ``autograder.toml`` cannot be used.
     """
-    subject = load(notebook, answers)
+    subject = load(notebook, answers, book)
     allowed, _ = allowances(subject, _ABOUT_TESTS)
     kept = [
         Finding(str(notebook), place.grade_id, place.line, rule.name, rule.severity, place.message)
@@ -61,15 +62,7 @@ def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
         for place in dict.fromkeys(rule.check(subject))
         if not any(one.covers(rule.name, place) for one in allowed)
     ]
-    return sorted(kept, key=lambda finding: (_order(subject, finding.grade_id), finding.line))
-
-
-def _order(subject: Subject, grade_id: str) -> int:
-    """Where a cell stands in the notebook, as far as its kind and number tell."""
-    solutions = [cell.grade_id for cell in subject.solutions]
-    order = [piece.label for piece in subject.assignment.setup]
-    for case in subject.assignment.cases:
-        owner = subject.assignment.owner(case.exercise)
-        order += [owner] if owner in solutions else []
-        order.append(case.grade_id)
-    return order.index(grade_id) if grade_id in order else len(order)
+    order = ["", *(cell.grade_id or "" for cell in subject.cells)]
+    # A set-up cell, a cell of text and a file beside the notebook have no place: they come first.
+    places = {name: order.index(name) for name in order}
+    return sorted(kept, key=lambda one: (places.get(one.grade_id, 0), one.grade_id, one.line))

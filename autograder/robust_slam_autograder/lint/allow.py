@@ -54,11 +54,11 @@ def allowances(subject: Subject, rules: Container[str]) -> tuple[list[Allowance]
         match = _ALLOW.fullmatch(text)
         if not is_secret:
             fix = "move it into the hidden region, or into the exercise's solution region"
-            bad.append(Found(cell, line, f"Students would read this comment: {fix}."))
+            bad.append(Found(cell, f"Students would read this comment: {fix}.", line))
         elif match is None:
-            bad.append(Found(cell, line, "Say # lint: allow RULE (reason), with a reason."))
+            bad.append(Found(cell, "Say # lint: allow RULE (reason), with a reason.", line))
         elif match.group(1) not in rules:
-            bad.append(Found(cell, line, f"There is no rule {match.group(1)}: see lint --rules."))
+            bad.append(Found(cell, f"There is no rule {match.group(1)}: see lint --rules.", line))
         else:
             good.append(Allowance(cell, line, match.group(1), _scope(subject, cell)))
     return good, bad

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 
 from robust_slam_autograder.lint.rule import code_rule
-from robust_slam_autograder.lint.subject import Code, Subject
+from robust_slam_autograder.lint.subject import Code, Subject, last_name
 
 _ANY_ERROR = frozenset({"Exception", "builtins.Exception"})
 _ALL_ENDS = frozenset({"BaseException", "builtins.BaseException"})
@@ -72,6 +72,17 @@ def _no_message(node: ast.AST, code: Code, subject: Subject) -> str:
     return ""
 
 
+@code_rule("hidden-value", "warning", "A visible check shows the value that it compares.")
+def _hidden_value(node: ast.AST, code: Code, subject: Subject) -> str:
+    visible = isinstance(node, ast.Assert) and code.case and not code.is_hidden(node)
+    for part in ast.walk(node) if visible else ():
+        match part:
+            case ast.Call(func=function, args=[ast.BinOp(op=ast.Sub()), *_]):
+                if last_name(function).endswith(("abs", "norm")):
+                    return "Students see a difference here, and not their value: use close."
+    return ""
+
+
 @code_rule("bare-except", "error", "A test must not swallow hangs and deaths.")
 def _bare_except(node: ast.AST, code: Code, subject: Subject) -> str:
     if _ALL_ENDS.isdisjoint(_caught(node, subject)):
@@ -119,7 +130,7 @@ def _looks_inside(node: ast.AST, code: Code, subject: Subject) -> str:
             what = f"{name}()" if name in _CALLS or name.startswith(_LOOKS) else ""
         case ast.Attribute(attr=attribute, value=owner, ctx=context):
             full = subject.full_name(owner)
-            is_function = full in subject.functions and full not in code.made
+            is_function = full in subject.assignment.names and full not in code.made
             root = ast.unparse(owner).partition(".")[0]
             is_patch = isinstance(context, ast.Store) and root in subject.modules
             what = ast.unparse(node) if attribute in _INSIDE or is_function or is_patch else ""
@@ -134,13 +145,18 @@ def _looks_inside(node: ast.AST, code: Code, subject: Subject) -> str:
 @code_rule("rebinds", "error", "A test must not rebind a student's name.")
 def _rebinds(node: ast.AST, code: Code, subject: Subject) -> str:
     match node:
+        case ast.alias():
+            name = node.asname or node.name
         case (
             ast.Name(id=name, ctx=ast.Store() | ast.Del())
             | ast.FunctionDef(name=name)
             | ast.ClassDef(name=name)
-        ) if code.case and name in subject.assignment.names:
-            return (
-                f"{name} is the student's: from here on every case would test something else. "
-                "Take another name."
-            )
-    return ""
+        ) if code.case:
+            pass
+        case _:
+            return ""
+    said = (
+        f"{name} is the student's: from here on every case would test something else. "
+        "Take another name."
+    )
+    return said if name in subject.assignment.names else ""

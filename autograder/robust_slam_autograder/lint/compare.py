@@ -40,7 +40,7 @@ def _bare(node: ast.expr) -> ast.expr:
 
 def _calls_student(node: ast.expr, subject: Subject) -> bool:
     function = node.func if isinstance(node, ast.Call) else None
-    return isinstance(function, ast.Name) and function.id in subject.functions
+    return isinstance(function, ast.Name) and function.id in subject.assignment.names
 
 
 @code_rule("by-close", "error", "Results are compared by close: shape, NaN and tolerance at once.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import (
@@ -35,7 +36,6 @@ def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
         if cases and hidden < LEAST_HIDDEN:
             yield Found(
                 cell.grade_id or "",
-                1,
                 f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that "
                 "an answer that is fitted to what is visible loses.",
             )
@@ -56,7 +56,6 @@ def _orphan_case(subject: Subject) -> Iterator[Found]:
         if subject.assignment.owner(case.exercise) not in known:
             yield Found(
                 case.grade_id,
-                1,
                 "This case belongs to no exercise, and so counts as one of its own: "
                 "name it <exercise>-<case>.",
             )
@@ -72,7 +71,6 @@ def _no_points(subject: Subject) -> Iterator[Found]:
         if not cases and not names & used:
             yield Found(
                 cell.grade_id or "",
-                1,
                 "No case gives points for this cell: add test cells with the grade ids "
                 f"{cell.grade_id}-<case>.",
             )
@@ -84,7 +82,6 @@ def _odd_points(subject: Subject) -> Iterator[Found]:
         if case.points <= 0 or not float(case.points).is_integer():
             yield Found(
                 case.grade_id,
-                1,
                 f"This case has {case.points:g} points: give it a whole number, 1 or more.",
             )
 
@@ -94,10 +91,10 @@ def _no_check(subject: Subject) -> Iterator[Found]:
     for code in subject.tests:
         checks = _checks(code, subject)
         if not checks:
-            yield Found(code.grade_id, 1, "Nothing is asserted here: whatever runs earns points.")
+            yield Found(code.grade_id, "Nothing is asserted here: whatever runs earns points.")
         elif code.regions and not any(code.is_hidden(node) for node in checks):
-            line = code.regions[0].start
-            yield Found(code.grade_id, line, "Nothing is asserted in the hidden region: add it.")
+            said = "Nothing is asserted in the hidden region: add it."
+            yield Found(code.grade_id, said, code.regions[0].start)
 
 
 def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
@@ -122,7 +119,20 @@ def _no_solution_region(subject: Subject) -> Iterator[Found]:
         if not regions(cell.source, BEGIN_SOLUTION, END_SOLUTION):
             yield Found(
                 cell.grade_id or "",
-                1,
                 f"Without ### {BEGIN_SOLUTION} and ### {END_SOLUTION} the release holds a stub in "
                 "place of the whole cell, its signature too: put the answer between them.",
+            )
+
+
+@rule("late-picture", "warning", "What draws a student's function stands above its checks.")
+def _late_picture(subject: Subject) -> Iterator[Found]:
+    above = [(cell, below) for cell, below in pairwise(subject.cells) if below.kind == "code"]
+    for cell, below in above:
+        names = [name for one in subject.assignment.solutions for name in one.names]
+        is_own = not (below.grade or below.solution or below.locked)
+        if is_own and cell.grade and set(re.findall(r"\w+", below.source)) & set(names):
+            yield Found(
+                cell.grade_id or "",
+                "The cell below uses a student's function and stands after this check, where "
+                "JupyterLab stops if it fails: move it directly below the function's cell.",
             )

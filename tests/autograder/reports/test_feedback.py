@@ -214,13 +214,6 @@ class TestCourse:
     def config(self, name: str) -> Config:
         return assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
 
-    def test_every_exercise_names_a_heading_of_its_chapter(self, name):
-        loaded = assignments.load(ASSIGNMENTS / name / f"{name}.ipynb")
-        assert set(loaded.config.sections) == set(loaded.exercises)
-        headings = chapter_headings(loaded.config.chapter)
-        for heading in loaded.config.sections.values():
-            assert headings.count(heading) == 1, heading
-
     @pytest.mark.long
     def test_the_site_has_the_sections_that_pages_link_to(self, config):
         built = ROOT / "build" / "html" / "chapters" / f"{config.chapter}.html"
