@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from tests.assignments import answers
+from tests.assignments import answers, reference
 
 NAMES = answers.assignments()
 
@@ -32,3 +32,20 @@ def test_every_set_up_compares_by_the_same_close() -> None:
     nodes = [node for one in setups for node in ast.parse(one["source"]).body]
     found = [ast.unparse(node) for node in nodes if getattr(node, "name", "") == "close"]
     assert len(found) == len(NAMES) and len(set(found)) == 1
+
+
+@pytest.mark.parametrize(
+    ("exercise", "formula"),
+    [
+        ("gnc_tls_weight", "c√(μ(μ+1)) - μu"),
+        ("gnc_gm_weight", "u(μc²)²/(μc² + u²)²"),
+        ("start_mu", "(μ+1)/μ = 2"),
+    ],
+)
+def test_what_is_to_be_derived_is_the_last_hint_and_in_no_visible_check(
+    exercise: str, formula: str
+) -> None:
+    assignment = reference.load("05-gnc").assignment
+    hints = assignment.config.hints[exercise]
+    assert [formula in hint for hint in hints] == [False, False, True]
+    assert not [case.name for case in assignment.cases if formula in case.visible]
