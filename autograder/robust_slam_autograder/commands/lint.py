@@ -31,7 +31,8 @@ def run(options: argparse.Namespace) -> int:
     places.refuse_no_answers(options)
     names = assignments.chosen(options.solutions, options.names)
     paths = [assignments.notebook_path(options.solutions / name) for name in names]
-    book = courses.load(options.solutions).book
+    course = courses.load(options.solutions)
+    book = course.root / (course.public or courses.Public()).book
     found = [finding for path in paths for finding in lint(path, options.answers, book)]
     if options.json:
         print(json.dumps([asdict(finding) for finding in found], indent=1, ensure_ascii=False))

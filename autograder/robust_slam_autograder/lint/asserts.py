@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 
 from robust_slam_autograder.lint.rule import code_rule
-from robust_slam_autograder.lint.subject import Code, Subject, last_name
+from robust_slam_autograder.lint.subject import Code, Subject
 
 _ANY_ERROR = frozenset({"Exception", "builtins.Exception"})
 _ALL_ENDS = frozenset({"BaseException", "builtins.BaseException"})
@@ -69,17 +69,6 @@ def _no_message(node: ast.AST, code: Code, subject: Subject) -> str:
         case ast.Call(func=ast.Name(id="close"), args=arguments, keywords=words):
             if len(arguments) <= 2 and not any(word.arg == "why" for word in words):
                 return "Students see this without a word: add why it must hold."
-    return ""
-
-
-@code_rule("hidden-value", "warning", "A visible check shows the value that it compares.")
-def _hidden_value(node: ast.AST, code: Code, subject: Subject) -> str:
-    visible = isinstance(node, ast.Assert) and code.case and not code.is_hidden(node)
-    for part in ast.walk(node) if visible else ():
-        match part:
-            case ast.Call(func=function, args=[ast.BinOp(op=ast.Sub()), *_]):
-                if last_name(function).endswith(("abs", "norm")):
-                    return "Students see a difference here, and not their value: use close."
     return ""
 
 
@@ -145,18 +134,15 @@ def _looks_inside(node: ast.AST, code: Code, subject: Subject) -> str:
 @code_rule("rebinds", "error", "A test must not rebind a student's name.")
 def _rebinds(node: ast.AST, code: Code, subject: Subject) -> str:
     match node:
-        case ast.alias():
-            name = node.asname or node.name
         case (
             ast.Name(id=name, ctx=ast.Store() | ast.Del())
             | ast.FunctionDef(name=name)
             | ast.ClassDef(name=name)
-        ) if code.case:
-            pass
-        case _:
-            return ""
-    said = (
-        f"{name} is the student's: from here on every case would test something else. "
-        "Take another name."
-    )
-    return said if name in subject.assignment.names else ""
+            | ast.alias(name=name, asname=None)
+            | ast.alias(asname=str() as name)
+        ) if name in subject.assignment.names and (code.case or isinstance(node, ast.alias)):
+            return (
+                f"{name} is the student's: from here on every case would test something else. "
+                "Take another name."
+            )
+    return ""

@@ -27,6 +27,9 @@ LEAST_HIDDEN = 2
 @rule("unreadable", "error", "A test cell or set-up cell must be Python.")
 def _unreadable(subject: Subject) -> Iterator[Found]:
     yield from subject.unreadable
+    for cell in subject.cells:
+        if cell.kind != "code" and cell.grade != cell.solution:
+            yield Found(cell.grade_id or "", f"This cell is {cell.kind}: press Y to make it code.")
 
 
 @rule("few-hidden-cases", "error", "An exercise needs two cases with hidden checks.")
@@ -126,13 +129,9 @@ def _no_solution_region(subject: Subject) -> Iterator[Found]:
 
 @rule("late-picture", "warning", "What draws a student's function stands above its checks.")
 def _late_picture(subject: Subject) -> Iterator[Found]:
-    above = [(cell, below) for cell, below in pairwise(subject.cells) if below.kind == "code"]
-    for cell, below in above:
-        names = [name for one in subject.assignment.solutions for name in one.names]
-        is_own = not (below.grade or below.solution or below.locked)
-        if is_own and cell.grade and set(re.findall(r"\w+", below.source)) & set(names):
-            yield Found(
-                cell.grade_id or "",
-                "The cell below uses a student's function and stands after this check, where "
-                "JupyterLab stops if it fails: move it directly below the function's cell.",
-            )
+    for cell, below in pairwise(subject.cells):
+        is_own = below.kind == "code" and below.grade_id is None
+        used = set(re.findall(r"\w+", below.source)) & set(subject.assignment.names)
+        if cell.grade and is_own and used:
+            said = f"The cell below uses {min(used)}, and JupyterLab stops at a check that fails: "
+            yield Found(cell.grade_id or "", f"{said}move it directly below the function's cell.")

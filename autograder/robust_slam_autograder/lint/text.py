@@ -13,15 +13,16 @@ from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import CONFIG_NAME
 
 FIRST = "first cell"
-_NUMBERS = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"]
-_NUMBER = rf"({'|'.join(_NUMBERS)}|\d+)"
-_COUNTED = re.compile(rf"\b{_NUMBER} exercises?, {_NUMBER} points? each\b", re.IGNORECASE)
+_WORDS = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"]
+_VALUES = {str(k): k for k in range(100)} | {word: k for k, word in enumerate(_WORDS)}
+_NUMBER = "|".join(_VALUES)
+_COUNTED = re.compile(rf"\b(({_NUMBER}) exercises?, ({_NUMBER}) points? each)\b", re.IGNORECASE)
 _HEADED = re.compile(r"^##+ (\d+) · .*\((\d+) points?\)", re.MULTILINE)
 _ROW = re.compile(r"^\|((?: *`\w+` *,?)+)\|", re.MULTILINE)
 
 
 def _texts(subject: Subject) -> list[tuple[str, str]]:
-    """Cells of text of the notebook and of its chapter, and the book's pages, by their places."""
+    """Places and texts: cells of the notebook and of its chapter, and what pages say of it."""
     own = [cell.source for cell in subject.cells if cell.kind == "markdown"]
     found = [(f"text {k}" if k > 1 else FIRST, text) for k, text in enumerate(own, 1)]
     if subject.book is None:
@@ -29,7 +30,9 @@ def _texts(subject: Subject) -> list[tuple[str, str]]:
     chapter = subject.book / f"{subject.assignment.config.chapter}.ipynb"
     cells = notebook.read(chapter) if chapter.is_file() else ()
     read = [(chapter, cell.source) for cell in cells if cell.kind == "markdown"]
-    read += [(page, page.read_text("utf-8")) for page in sorted(subject.book.glob("*.md"))]
+    for page in sorted(subject.book.glob("*.md")):
+        lines = page.read_text("utf-8").split("\n")
+        read.append((page, "\n".join(line * (subject.assignment.name in line) for line in lines)))
     return found + [(f"{path.parent.name}/{path.name}", text) for path, text in read]
 
 
@@ -42,15 +45,12 @@ def _miscounted(subject: Subject) -> Iterator[Found]:
     own = "\n".join(text for place, text in _texts(subject) if "/" not in place)
     headed = ", ".join(f"{k} ({n} points)" for k, n in _HEADED.findall(own))
     if headed not in ("", there):
-        said = f"Headings say {headed}, and the exercises are {there}: correct the headings, and"
-        yield Found("statements", f"{said} what names an exercise by its number.")
-    for one in _COUNTED.finditer(own):
-        if {(_value(one[1]), _value(one[2]))} != {(len(points), n) for n in points.values()}:
-            yield Found(FIRST, f"“{one[0]}” is not so, they are {there}: correct this sentence.")
-
-
-def _value(number: str) -> int:
-    return int(number) if number.isdecimal() else _NUMBERS.index(number.lower())
+        said = f"Headings say {headed}, and the exercises are {there}: correct the headings or the"
+        yield Found("statements", f"{said} points, and what names an exercise by its number.")
+    for said, number, each in _COUNTED.findall(own):
+        wanted = {(len(points), most) for most in points.values()}
+        if {(_VALUES[number.lower()], _VALUES[each.lower()])} != wanted:
+            yield Found(FIRST, f"“{said}” is not so, they are {there}: correct it or the points.")
 
 
 @rule("no-section", "warning", "Each exercise has a heading of its chapter, to read again.")
@@ -66,22 +66,24 @@ def _no_section(subject: Subject) -> Iterator[Found]:
 
 @rule("stale-text", "warning", "The chapter's table names each exercise, and no text one of old.")
 def _stale_text(subject: Subject) -> Iterator[Found]:
-    assignment, texts = subject.assignment, _texts(subject)
-    about = [one for one in texts if one[0].endswith(".ipynb") and assignment.name in one[1]]
-    rows = " ".join(row for _, text in about for row in _ROW.findall(text))
-    named = set(re.findall(r"\w+", rows))
-    for name in assignment.exercises if named else ():
-        if name not in named:
-            said = f"The table of {assignment.name} has no row for {name}: add it."
-            yield Found(about[0][0], said)
-    gone = (named | {path.stem for path in strangers(subject)}) - {*assignment.names}
-    for name in sorted(gone - {*assignment.exercises}):
-        word = name.replace("_", "[_ ]")
+    name, known = subject.assignment.name, subject.assignment.exercises
+    texts = [one for one in _texts(subject) if not one[0].endswith(".ipynb") or name in one[1]]
+    tables = [
+        (place, row)
+        for place, text in texts
+        if place.endswith(".ipynb")
+        for row in _ROW.findall(text)
+    ]
+    named = {word: place for place, row in tables for word in re.findall(r"\w+", row)}
+    for each in known if named else ():
+        if each not in named:
+            yield Found(tables[0][0], f"The table of {name} has no row for {each}: add it.")
+    gone = {*named, *(path.stem for path in strangers(subject))} - {*known}
+    for each in sorted(gone - {*subject.assignment.names}):
         for place, text in texts:
-            is_own = "/" not in place or (place, text) in about
             mark = "" if place == FIRST or place.endswith(".md") else "`"
+            sought = re.compile(rf".{{,30}}{mark}\b{each.replace('_', '[_ ]')}\b.{{,30}}")
             for number, line in enumerate(text.split("\n"), 1):
-                found = re.search(rf".{{,30}}{mark}\b{word}\b.{{,30}}", line)
-                if found and (is_own or (place.endswith(".md") and assignment.name in line)):
-                    said = f"No exercise is {name} any more: change what names it in “{found[0]}”."
+                if found := sought.search(line):
+                    said = f"No exercise is {each} any more: change what names it in “{found[0]}”."
                     yield Found(place, said, number)

@@ -88,11 +88,6 @@ class Course:
         """Return the course's folder, in which the source tree is."""
         return self.tree.resolve().parent
 
-    @property
-    def book(self) -> Path:
-        """Return the folder of the book's notebooks."""
-        return self.root / (self.public or Public()).book
-
     def packages(self, assignment: str | None = None) -> dict[str, str]:
         """Return what an assignment needs of the course's packages, with the folder of each.
 
