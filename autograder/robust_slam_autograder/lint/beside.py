@@ -6,6 +6,7 @@ import ast
 import importlib.util
 import re
 from collections.abc import Iterator
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 
@@ -28,11 +29,10 @@ _GOES_ON = re.compile(
 def _no_module(subject: Subject) -> Iterator[Found]:
     for name in subject.assignment.config.withheld:
         if not _exists(name):
-            yield Found(
-                CONFIG_NAME,
-                f"withheld names {name}, which is not installed here: correct the name, "
-                "or install what the assignment uses.",
+            said = (
+                f"withheld names {name}, which is not installed here: correct it, or install it."
             )
+            yield Found(CONFIG_NAME, said)
 
 
 @rule("not-allowed", "error", "Solutions and set-up import only what packages allows.")
@@ -75,15 +75,11 @@ def _exists(name: str) -> bool:
 
 @rule("limits", "error", "A limit is at most the one around it.")
 def _limits(subject: Subject) -> Iterator[Found]:
-    limits = subject.assignment.config.limits
-    order = ("call_seconds", "cell_seconds", "notebook_seconds")
-    for inner, outer in pairwise(order):
-        if getattr(limits, inner) > getattr(limits, outer):
-            yield Found(
-                CONFIG_NAME,
-                f"{inner} ({getattr(limits, inner):g}) is more than {outer} "
-                f"({getattr(limits, outer):g}), and so never counts: make it less.",
-            )
+    limits = asdict(subject.assignment.config.limits)
+    for inner, outer in pairwise(("call_seconds", "cell_seconds", "notebook_seconds")):
+        if limits[inner] > limits[outer]:
+            said = f"{inner} ({limits[inner]:g}) is more than {outer} ({limits[outer]:g}), and so "
+            yield Found(CONFIG_NAME, f"{said}never counts: make it less.")
 
 
 @rule("no-mutant", "error", "With --answers: each exercise has two right answers and three wrong.")
@@ -113,10 +109,9 @@ def _bad_answer(subject: Subject) -> Iterator[Found]:
                 yield Found(path.name, f"{path}: {answer.name} {what}{', '.join(cases)}.")
             if not answer.is_right and not _GOES_ON.fullmatch(answer.story):
                 what = (
-                    "has no misconception that goes on after “It looks as if your function”: one "
-                    "sentence that begins as “Takes …” and says what, not “it” or “them”."
+                    "has no misconception that goes on after “It looks as if your function”, as "
                 )
-                yield Found(path.name, f"{path}: {answer.name} {what}")
+                yield Found(path.name, f"{path}: {answer.name} {what}“Takes σ² for σ.” does.")
 
 
 def strangers(subject: Subject) -> list[Path]:

@@ -119,10 +119,7 @@ def _fails(node: ast.stmt) -> bool:
 def _zip_stops(node: ast.AST, code: Code, subject: Subject) -> str:
     match node:
         case ast.Call(func=ast.Name(id="zip")) if code.case and not _is_strict(node):
-            return (
-                "zip stops at the shorter one, so that an empty answer passes: "
-                "zip(…, strict=True)."
-            )
+            return "zip stops at the shorter one, so an empty answer passes: zip(…, strict=True)."
     return ""
 
 
@@ -131,10 +128,7 @@ def _type_checked(node: ast.AST, code: Code, subject: Subject) -> str:
     parts = ast.walk(node.test) if isinstance(node, ast.Assert) else ()
     if not any(_asks_type(part, code, subject) for part in parts):
         return ""
-    return (
-        "Integers, lists, NumPy's and Python's own numbers are right answers alike: "
-        "ask for np.shape and the value, not for one type."
-    )
+    return "Integers, lists and arrays are right answers alike: ask for np.shape and the value."
 
 
 def _asks_type(node: ast.AST, code: Code, subject: Subject) -> bool:

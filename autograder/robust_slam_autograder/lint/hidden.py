@@ -84,12 +84,10 @@ def _no_rng(subject: Subject) -> Iterator[Found]:
     for code in subject.with_regions:
         hidden = (node for node in code.nodes if code.is_hidden(node))
         if not any(map(_is_rng, hidden)):
-            yield Found(
-                code.grade_id,
-                "The hidden inputs are the same for ever, and can be fitted once they are known: "
-                "draw them from rng.",
-                code.regions[0].start,
+            said = (
+                "The hidden inputs are the same for ever, and can be learnt: draw them from rng."
             )
+            yield Found(code.grade_id, said, code.regions[0].start)
 
 
 def _is_rng(node: ast.AST) -> bool:
@@ -117,11 +115,8 @@ def _setup_draws(subject: Subject) -> Iterator[Found]:
     for code in subject.setup:
         for node in _at_once(code.tree):
             if isinstance(node, ast.Call) and _uses_rng(node):
-                yield code.found(
-                    node,
-                    "The set-up draws from rng, and the student's side has another seed: "
-                    "draw in the cases.",
-                )
+                said = "The student's side draws other numbers from rng here: draw in the cases."
+                yield code.found(node, said)
 
 
 def _at_once(node: ast.AST) -> Iterator[ast.AST]:

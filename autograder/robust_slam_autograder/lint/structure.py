@@ -37,11 +37,10 @@ def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
     for cell, cases in _exercises(subject):
         hidden = sum(case.has_hidden for case in cases)
         if cases and hidden < LEAST_HIDDEN:
-            yield Found(
-                cell.grade_id or "",
-                f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that "
-                "an answer that is fitted to what is visible loses.",
+            said = (
+                f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that an "
             )
+            yield Found(cell.grade_id or "", f"{said}answer fitted to what is visible loses.")
 
 
 def _exercises(subject: Subject) -> Iterator[tuple[Cell, list[Case]]]:
@@ -57,11 +56,8 @@ def _orphan_case(subject: Subject) -> Iterator[Found]:
     known = {cell.grade_id for cell, cases in _exercises(subject) for _ in cases}
     for case in subject.assignment.cases:
         if subject.assignment.owner(case.exercise) not in known:
-            yield Found(
-                case.grade_id,
-                "This case belongs to no exercise, and so counts as one of its own: "
-                "name it <exercise>-<case>.",
-            )
+            said = "This case counts as an exercise of its own: name it <exercise>-<case>."
+            yield Found(case.grade_id, said)
 
 
 @rule("no-points", "error", "An exercise needs a case that gives points.")
@@ -72,21 +68,16 @@ def _no_points(subject: Subject) -> Iterator[Found]:
         names = set(defined_names(plain_python(cell.source)))
         # A tree with names of another kind, or a helper that another exercise's cases call.
         if not cases and not names & used:
-            yield Found(
-                cell.grade_id or "",
-                "No case gives points for this cell: add test cells with the grade ids "
-                f"{cell.grade_id}-<case>.",
-            )
+            said = f"No case gives points for this cell: add test cells {cell.grade_id}-<case>."
+            yield Found(cell.grade_id or "", said)
 
 
 @rule("odd-points", "error", "A case has whole points, 1 or more.")
 def _odd_points(subject: Subject) -> Iterator[Found]:
     for case in subject.assignment.cases:
         if case.points <= 0 or not float(case.points).is_integer():
-            yield Found(
-                case.grade_id,
-                f"This case has {case.points:g} points: give it a whole number, 1 or more.",
-            )
+            said = f"This case has {case.points:g} points: give it a whole number, 1 or more."
+            yield Found(case.grade_id, said)
 
 
 @rule("no-check", "error", "A case, and its hidden region, must assert something.")
@@ -120,11 +111,10 @@ def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
 def _no_solution_region(subject: Subject) -> Iterator[Found]:
     for cell in subject.solutions:
         if not regions(cell.source, BEGIN_SOLUTION, END_SOLUTION):
-            yield Found(
-                cell.grade_id or "",
-                f"Without ### {BEGIN_SOLUTION} and ### {END_SOLUTION} the release holds a stub in "
-                "place of the whole cell, its signature too: put the answer between them.",
+            said = (
+                f"Put the answer between ### {BEGIN_SOLUTION} and ### {END_SOLUTION}: without them"
             )
+            yield Found(cell.grade_id or "", f"{said} the release has a stub for the whole cell.")
 
 
 @rule("late-picture", "warning", "What draws a student's function stands above its checks.")
