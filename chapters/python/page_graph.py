@@ -340,7 +340,7 @@ def python(case: Case, quick: bool) -> str:
         f"file = rs.read({str(case.path)!r}{given})",
         f"answer = rs.solve(file.graph{', quick=True' if quick else ''})",
         'print(file.summary(), answer.summary(file.names), sep="\\n\\n")',
-        f'g2o.write("{case.path.stem}-clean.g2o", answer.clean, answer.poses, file.ids)',
+        f"g2o.write({case.path.stem + '-clean.g2o'!r}, answer.clean, answer.poses, file.ids)",
     ]
     if case.not_steps:
         lines[4:5] = [

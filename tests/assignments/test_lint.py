@@ -16,7 +16,9 @@ NAMES = answers.assignments()
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_assignment_has_no_finding(name: str) -> None:
-    found = lint(answers.SOLUTIONS / name / f"{name}.ipynb", answers.ANSWERS)
+    found = lint(
+        answers.SOLUTIONS / name / f"{name}.ipynb", answers.ANSWERS, answers.ROOT / "chapters"
+    )
     assert not [str(one) for one in found]
 
 

@@ -6,6 +6,7 @@ does with it, since each start of Python takes seconds.
 
 from __future__ import annotations
 
+import ast
 import importlib
 import json
 import re
@@ -147,13 +148,17 @@ class TestTheDoctor:
 
 
 def test_the_lines_of_python_do_the_same(town: PoseGraph, ask: Ask, tmp_path: Path) -> None:
-    """With a step that is named as a closure."""
-    g2o.write("graph.g2o", between_drives(town))
-    assert ["sessions", "2"] in ask("read", name="graph.g2o", not_steps="20-21")["rows"]
+    """With a step that is named as a closure, and a file whose name would be code unquoted."""
+    name = "it's\na\", exit(3)  # town"
+    g2o.write(f"{name}.g2o", between_drives(town))
+    assert ["sessions", "2"] in ask("read", name=f"{name}.g2o", not_steps="20-21")["rows"]
     answer = ask("solve")
+    nodes = ast.walk(ast.parse(answer["python"]))
+    texts = {node.value for node in nodes if isinstance(node, ast.Constant)}
+    assert {f"{name}.g2o", f"{name}-clean.g2o"} <= texts
     done = subprocess.run([sys.executable, "-c", answer["python"]], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert Path("graph-clean.g2o").read_text() == answer["files"]["clean.g2o"]
+    assert Path(f"{name}-clean.g2o").read_text() == answer["files"]["clean.g2o"]
     assert "--closure 20-21" in answer["command"]
 
 

@@ -9,6 +9,7 @@ from dataclasses import asdict
 
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.lint import RULES, Finding, lint
+from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.reading import assignment as assignments
 
 
@@ -30,7 +31,9 @@ def run(options: argparse.Namespace) -> int:
     places.refuse_no_answers(options)
     names = assignments.chosen(options.solutions, options.names)
     paths = [assignments.notebook_path(options.solutions / name) for name in names]
-    found = [finding for path in paths for finding in lint(path, options.answers)]
+    course = courses.load(options.solutions)
+    book = course.root / (course.public or courses.Public()).book
+    found = [finding for path in paths for finding in lint(path, options.answers, book)]
     if options.json:
         print(json.dumps([asdict(finding) for finding in found], indent=1, ensure_ascii=False))
     else:

@@ -9,43 +9,36 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robust_slam_autograder.lint import asserts, beside, compare, hidden, structure
-from robust_slam_autograder.lint.allow import allowances
+from robust_slam_autograder.lint import asserts, beside, compare, hidden, structure, text
+from robust_slam_autograder.lint.allow import comments
 from robust_slam_autograder.lint.rule import Finding, Rule, rule, rules_of
 from robust_slam_autograder.lint.subject import Found, Subject, load
 
 __all__ = ["RULES", "Finding", "lint"]
 
-_ABOUT_TESTS = rules_of(compare, structure, hidden, asserts, beside)
+_OTHERS = rules_of(compare, structure, hidden, asserts, beside, text)
 
 
-@rule(
-    "allow-comment",
-    "error",
-    "# lint: allow RULE (reason) has a reason, and stands where no student sees it.",
-)
-def _bad_comments(subject: Subject) -> Iterator[Found]:
-    yield from allowances(subject, _ABOUT_TESTS)[1]
+@rule("allow-comment", "error", "# lint: allow RULE (reason) stands where no student sees it.")
+def _allow_comment(subject: Subject) -> Iterator[Found]:
+    for name, cell, line in comments(subject):
+        if name not in _OTHERS:
+            said = (
+                "This allows nothing: give a rule of lint --rules and a reason in brackets, in a "
+            )
+            yield Found(cell, f"{said}hidden region or the exercise's solution region.", line)
 
 
-@rule("allow-unused", "warning", "What a comment allows is there.")
-def _unused_comments(subject: Subject) -> Iterator[Found]:
-    for allowed in allowances(subject, _ABOUT_TESTS)[0]:
-        found = _ABOUT_TESTS[allowed.rule].check(subject)
-        if not any(allowed.covers(allowed.rule, place) for place in found):
-            what = f"Nothing here breaks {allowed.rule}: delete the comment."
-            yield Found(allowed.cell, allowed.line, what)
+RULES: tuple[Rule, ...] = (*_OTHERS.values(), _allow_comment)
 
 
-RULES: tuple[Rule, ...] = (*_ABOUT_TESTS.values(), _bad_comments, _unused_comments)
-
-
-def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
+def lint(notebook: Path, answers: Path | None = None, book: Path | None = None) -> list[Finding]:
     """Run every rule on an assignment.
 
     Args:
         notebook: the instructor's.
         answers: folder of right and wrong answers, ``<assignment>/<exercise>.toml``.
+        book: folder of the book's pages.
 
     Returns:
         what was found and is not allowed, in the order of the cells.
@@ -53,23 +46,16 @@ def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
     Raises:
         WrongUse: the notebook or its ``autograder.toml`` cannot be used.
     """
-    subject = load(notebook, answers)
-    allowed, _ = allowances(subject, _ABOUT_TESTS)
+    subject = load(notebook, answers, book)
+    allowed = {(name, cell) for name, cell, _ in comments(subject)}
+    owners = {c.grade_id: subject.assignment.owner(c.exercise) for c in subject.assignment.cases}
     kept = [
         Finding(str(notebook), place.grade_id, place.line, rule.name, rule.severity, place.message)
         for rule in RULES
         for place in dict.fromkeys(rule.check(subject))
-        if not any(one.covers(rule.name, place) for one in allowed)
+        if not {(rule.name, place.grade_id), (rule.name, owners.get(place.grade_id))} & allowed
     ]
-    return sorted(kept, key=lambda finding: (_order(subject, finding.grade_id), finding.line))
-
-
-def _order(subject: Subject, grade_id: str) -> int:
-    """Where a cell stands in the notebook, as far as its kind and number tell."""
-    solutions = [cell.grade_id for cell in subject.solutions]
-    order = [piece.label for piece in subject.assignment.setup]
-    for case in subject.assignment.cases:
-        owner = subject.assignment.owner(case.exercise)
-        order += [owner] if owner in solutions else []
-        order.append(case.grade_id)
-    return order.index(grade_id) if grade_id in order else len(order)
+    order = ["", *(cell.grade_id or "" for cell in subject.cells)]
+    # A set-up cell, a cell of text and a file beside the notebook have no place: they come first.
+    places = {name: order.index(name) for name in order}
+    return sorted(kept, key=lambda one: (places.get(one.grade_id, 0), one.grade_id, one.line))

@@ -62,10 +62,7 @@ def _no_message(node: ast.AST, code: Code, subject: Subject) -> str:
         return ""
     match node:
         case ast.Assert(msg=None):
-            return (
-                "Students see this assert without a word: add a message that names the "
-                "misconception."
-            )
+            return "Students see this assert without a word: add one that names the misconception."
         case ast.Call(func=ast.Name(id="close"), args=arguments, keywords=words):
             if len(arguments) <= 2 and not any(word.arg == "why" for word in words):
                 return "Students see this without a word: add why it must hold."
@@ -76,20 +73,14 @@ def _no_message(node: ast.AST, code: Code, subject: Subject) -> str:
 def _bare_except(node: ast.AST, code: Code, subject: Subject) -> str:
     if _ALL_ENDS.isdisjoint(_caught(node, subject)):
         return ""
-    return (
-        "This also takes a hang, or the end of the process, for an error: "
-        "name the exception that the exercise asks for."
-    )
+    return "This also takes a hang or an exit for an error: name the exception that is asked for."
 
 
 @code_rule("broad-except", "warning", "A test names the exception that it asks for.")
 def _broad_except(node: ast.AST, code: Code, subject: Subject) -> str:
     if _ANY_ERROR.isdisjoint(_caught(node, subject)):
         return ""
-    return (
-        "This takes an unwritten function's NotImplementedError, and any slip, for the error "
-        "that is asked for: name that exception."
-    )
+    return "This takes an unwritten function, and any slip, for the error: name that exception."
 
 
 def _caught(node: ast.AST, subject: Subject) -> list[str]:
@@ -119,16 +110,13 @@ def _looks_inside(node: ast.AST, code: Code, subject: Subject) -> str:
             what = f"{name}()" if name in _CALLS or name.startswith(_LOOKS) else ""
         case ast.Attribute(attr=attribute, value=owner, ctx=context):
             full = subject.full_name(owner)
-            is_function = full in subject.functions and full not in code.made
+            is_function = full in subject.assignment.names and full not in code.made
             root = ast.unparse(owner).partition(".")[0]
             is_patch = isinstance(context, ast.Store) and root in subject.modules
             what = ast.unparse(node) if attribute in _INSIDE or is_function or is_patch else ""
     if code.case is None or not what:
         return ""
-    return (
-        f"{what} does not reach the student's function, which runs in another process: "
-        "test what it returns."
-    )
+    return f"{what} does not reach into the student's process: test what the function returns."
 
 
 @code_rule("rebinds", "error", "A test must not rebind a student's name.")
@@ -138,9 +126,8 @@ def _rebinds(node: ast.AST, code: Code, subject: Subject) -> str:
             ast.Name(id=name, ctx=ast.Store() | ast.Del())
             | ast.FunctionDef(name=name)
             | ast.ClassDef(name=name)
-        ) if code.case and name in subject.assignment.names:
-            return (
-                f"{name} is the student's: from here on every case would test something else. "
-                "Take another name."
-            )
+            | ast.alias(name=name, asname=None)
+            | ast.alias(asname=str() as name)
+        ) if name in subject.assignment.names and (code.case or isinstance(node, ast.alias)):
+            return f"{name} is the student's, and every case would test this: take another name."
     return ""

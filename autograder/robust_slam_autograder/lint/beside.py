@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import re
 from collections.abc import Iterator
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,17 +18,21 @@ from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
+_LEAST = {"right_": (2, "accept"), "wrong_": (3, "catch")}
+"""How many answers of a kind an exercise needs, and what its tests do with them."""
+_GOES_ON = re.compile(
+    r"(Never [a-z]+s|[A-Z][a-z]+s) (?!(only )?(it|them|both|those|all of)\b).*\."
+)
+
 
 @rule("no-module", "error", "A withheld module must exist.")
 def _no_module(subject: Subject) -> Iterator[Found]:
     for name in subject.assignment.config.withheld:
         if not _exists(name):
-            yield Found(
-                CONFIG_NAME,
-                1,
-                f"withheld names {name}, which is not installed here: correct the name, "
-                "or install what the assignment uses.",
+            said = (
+                f"withheld names {name}, which is not installed here: correct it, or install it."
             )
+            yield Found(CONFIG_NAME, said)
 
 
 @rule("not-allowed", "error", "Solutions and set-up import only what packages allows.")
@@ -35,7 +41,7 @@ def _not_allowed(subject: Subject) -> Iterator[Found]:
         for module in imported_modules(ast.unparse(node)):
             sentence = _refusal(module, subject.assignment.config)
             if sentence is not None:
-                yield Found(grade_id, node.lineno, sentence)
+                yield Found(grade_id, sentence, node.lineno)
                 break
 
 
@@ -69,48 +75,51 @@ def _exists(name: str) -> bool:
 
 @rule("limits", "error", "A limit is at most the one around it.")
 def _limits(subject: Subject) -> Iterator[Found]:
-    limits = subject.assignment.config.limits
-    order = ("call_seconds", "cell_seconds", "notebook_seconds")
-    for inner, outer in pairwise(order):
-        if getattr(limits, inner) > getattr(limits, outer):
-            yield Found(
-                CONFIG_NAME,
-                1,
-                f"{inner} ({getattr(limits, inner):g}) is more than {outer} "
-                f"({getattr(limits, outer):g}), and so never counts: make it less.",
-            )
+    limits = asdict(subject.assignment.config.limits)
+    for inner, outer in pairwise(("call_seconds", "cell_seconds", "notebook_seconds")):
+        if limits[inner] > limits[outer]:
+            said = f"{inner} ({limits[inner]:g}) is more than {outer} ({limits[outer]:g}), and so "
+            yield Found(CONFIG_NAME, f"{said}never counts: make it less.")
 
 
-@rule("no-mutant", "error", "With --answers: each exercise has a wrong_… and a right_… answer.")
+@rule("no-mutant", "error", "With --answers: each exercise has two right answers and three wrong.")
 def _no_mutant(subject: Subject) -> Iterator[Found]:
     for path, found in _answers(subject):
         if isinstance(found, ValueError):
             continue
-        for kind in ("wrong_", "right_"):
-            if not any(answer.name.startswith(kind) for answer in found):
-                yield Found(
-                    path.stem,
-                    1,
-                    f"{path} has no answer {kind}…: add one that the tests must "
-                    f"{'catch' if kind == 'wrong_' else 'accept'}.",
-                )
+        for kind, (least, shall) in _LEAST.items():
+            count = sum(answer.name.startswith(kind) for answer in found)
+            if count < least:
+                said = f"{path} has {count} of the {least} answers {kind}… that the tests must "
+                yield Found(path.stem, f"{said}{shall}: write the others.")
 
 
 @rule("bad-answer", "error", "With --answers: an answer can be read, and names a case of its own.")
 def _bad_answer(subject: Subject) -> Iterator[Found]:
+    for path in strangers(subject):
+        yield Found(path.name, f"{path} answers no exercise: delete it, or name it after one.")
     for path, found in _answers(subject):
         if isinstance(found, ValueError):
-            yield Found(path.name, 1, f"The answers cannot be read: {found}.")
+            yield Found(path.name, f"The answers cannot be read: {found}.")
             continue
         cases = [one.grade_id for one in subject.assignment.cases if one.exercise == path.stem]
         for answer in found:
             if answer.caught_by not in (None, *cases):
-                yield Found(
-                    path.name,
-                    1,
-                    f"{path}: {answer.name} names {answer.caught_by}, not one of its cases: "
-                    f"give one of {', '.join(cases)}.",
+                what = f"names {answer.caught_by}, not one of its cases: give one of "
+                yield Found(path.name, f"{path}: {answer.name} {what}{', '.join(cases)}.")
+            if not answer.is_right and not _GOES_ON.fullmatch(answer.story):
+                what = (
+                    "has no misconception that goes on after “It looks as if your function”, as "
                 )
+                yield Found(path.name, f"{path}: {answer.name} {what}“Takes σ² for σ.” does.")
+
+
+def strangers(subject: Subject) -> list[Path]:
+    """List files of answers to exercises that the assignment does not have."""
+    known = {cell.grade_id for cell in subject.solutions}
+    folder = subject.answers / subject.assignment.name if subject.answers else Path()
+    files = sorted(folder.glob("*.toml")) if subject.answers else ()
+    return [path for path in files if labelled.is_of_answers(path) and path.stem not in known]
 
 
 def _answers(subject: Subject) -> Iterator[tuple[Path, list[Answer] | ValueError]]:

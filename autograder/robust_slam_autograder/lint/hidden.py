@@ -27,9 +27,9 @@ def _region_place(subject: Subject) -> Iterator[Found]:
         fix = "visible asserts first, then one hidden region, to the cell's end."
         if len(code.regions) > 1:
             line = code.regions[1].start - 1
-            yield Found(code.grade_id, line, f"There is a second hidden region: {fix}")
+            yield Found(code.grade_id, f"There is a second hidden region: {fix}", line)
         elif any(line.strip() and END_HIDDEN not in line for line in lines[end - 1 :]):
-            yield Found(code.grade_id, end + 1, f"Code follows the hidden region: {fix}")
+            yield Found(code.grade_id, f"Code follows the hidden region: {fix}", end + 1)
 
 
 @rule("no-hint", "error", "A hidden region begins with its hint.")
@@ -39,15 +39,11 @@ def _no_hint(subject: Subject) -> Iterator[Found]:
         hints = [line for line in code.regions[0] if _HINT.match(lines[line - 1])]
         first = code.regions[0].start
         if not hints:
-            yield Found(
-                code.grade_id, first, "The hidden region has no hint: # hint: one sentence."
-            )
+            said = "The hidden region has no hint: # hint: one sentence."
+            yield Found(code.grade_id, said, first)
         elif first not in hints:
-            yield Found(
-                code.grade_id,
-                hints[0],
-                "The hint must be the region's first line, or no student sees it.",
-            )
+            said = "The hint must be the region's first line, or no student sees it."
+            yield Found(code.grade_id, said, hints[0])
 
 
 @rule("hint-quotes", "error", "A hint must not quote hidden code.")
@@ -55,11 +51,8 @@ def _hint_quotes(subject: Subject) -> Iterator[Found]:
     for code in subject.with_regions:
         quoted = sorted(_quoted(code), key=len)
         if quoted:
-            yield Found(
-                code.grade_id,
-                code.regions[0].start,
-                f"The hint quotes the hidden check ({quoted[-1]}): say it in words.",
-            )
+            said = f"The hint quotes the hidden check ({quoted[-1]}): say it in words."
+            yield Found(code.grade_id, said, code.regions[0].start)
 
 
 def _quoted(code: Code) -> Iterator[str]:
@@ -91,12 +84,10 @@ def _no_rng(subject: Subject) -> Iterator[Found]:
     for code in subject.with_regions:
         hidden = (node for node in code.nodes if code.is_hidden(node))
         if not any(map(_is_rng, hidden)):
-            yield Found(
-                code.grade_id,
-                code.regions[0].start,
-                "The hidden inputs are the same for ever, and can be fitted once they are known: "
-                "draw them from rng.",
+            said = (
+                "The hidden inputs are the same for ever, and can be learnt: draw them from rng."
             )
+            yield Found(code.grade_id, said, code.regions[0].start)
 
 
 def _is_rng(node: ast.AST) -> bool:
@@ -124,11 +115,8 @@ def _setup_draws(subject: Subject) -> Iterator[Found]:
     for code in subject.setup:
         for node in _at_once(code.tree):
             if isinstance(node, ast.Call) and _uses_rng(node):
-                yield code.found(
-                    node,
-                    "The set-up draws from rng, and the student's side has another seed: "
-                    "draw in the cases.",
-                )
+                said = "The student's side draws other numbers from rng here: draw in the cases."
+                yield code.found(node, said)
 
 
 def _at_once(node: ast.AST) -> Iterator[ast.AST]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import (
@@ -26,6 +27,9 @@ LEAST_HIDDEN = 2
 @rule("unreadable", "error", "A test cell or set-up cell must be Python.")
 def _unreadable(subject: Subject) -> Iterator[Found]:
     yield from subject.unreadable
+    for cell in subject.cells:
+        if cell.kind != "code" and cell.grade != cell.solution:
+            yield Found(cell.grade_id or "", f"This cell is {cell.kind}: press Y to make it code.")
 
 
 @rule("few-hidden-cases", "error", "An exercise needs two cases with hidden checks.")
@@ -33,12 +37,10 @@ def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
     for cell, cases in _exercises(subject):
         hidden = sum(case.has_hidden for case in cases)
         if cases and hidden < LEAST_HIDDEN:
-            yield Found(
-                cell.grade_id or "",
-                1,
-                f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that "
-                "an answer that is fitted to what is visible loses.",
+            said = (
+                f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that an "
             )
+            yield Found(cell.grade_id or "", f"{said}answer fitted to what is visible loses.")
 
 
 def _exercises(subject: Subject) -> Iterator[tuple[Cell, list[Case]]]:
@@ -54,12 +56,8 @@ def _orphan_case(subject: Subject) -> Iterator[Found]:
     known = {cell.grade_id for cell, cases in _exercises(subject) for _ in cases}
     for case in subject.assignment.cases:
         if subject.assignment.owner(case.exercise) not in known:
-            yield Found(
-                case.grade_id,
-                1,
-                "This case belongs to no exercise, and so counts as one of its own: "
-                "name it <exercise>-<case>.",
-            )
+            said = "This case counts as an exercise of its own: name it <exercise>-<case>."
+            yield Found(case.grade_id, said)
 
 
 @rule("no-points", "error", "An exercise needs a case that gives points.")
@@ -70,23 +68,16 @@ def _no_points(subject: Subject) -> Iterator[Found]:
         names = set(defined_names(plain_python(cell.source)))
         # A tree with names of another kind, or a helper that another exercise's cases call.
         if not cases and not names & used:
-            yield Found(
-                cell.grade_id or "",
-                1,
-                "No case gives points for this cell: add test cells with the grade ids "
-                f"{cell.grade_id}-<case>.",
-            )
+            said = f"No case gives points for this cell: add test cells {cell.grade_id}-<case>."
+            yield Found(cell.grade_id or "", said)
 
 
 @rule("odd-points", "error", "A case has whole points, 1 or more.")
 def _odd_points(subject: Subject) -> Iterator[Found]:
     for case in subject.assignment.cases:
         if case.points <= 0 or not float(case.points).is_integer():
-            yield Found(
-                case.grade_id,
-                1,
-                f"This case has {case.points:g} points: give it a whole number, 1 or more.",
-            )
+            said = f"This case has {case.points:g} points: give it a whole number, 1 or more."
+            yield Found(case.grade_id, said)
 
 
 @rule("no-check", "error", "A case, and its hidden region, must assert something.")
@@ -94,10 +85,10 @@ def _no_check(subject: Subject) -> Iterator[Found]:
     for code in subject.tests:
         checks = _checks(code, subject)
         if not checks:
-            yield Found(code.grade_id, 1, "Nothing is asserted here: whatever runs earns points.")
+            yield Found(code.grade_id, "Nothing is asserted here: whatever runs earns points.")
         elif code.regions and not any(code.is_hidden(node) for node in checks):
-            line = code.regions[0].start
-            yield Found(code.grade_id, line, "Nothing is asserted in the hidden region: add it.")
+            said = "Nothing is asserted in the hidden region: add it."
+            yield Found(code.grade_id, said, code.regions[0].start)
 
 
 def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
@@ -120,9 +111,17 @@ def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
 def _no_solution_region(subject: Subject) -> Iterator[Found]:
     for cell in subject.solutions:
         if not regions(cell.source, BEGIN_SOLUTION, END_SOLUTION):
-            yield Found(
-                cell.grade_id or "",
-                1,
-                f"Without ### {BEGIN_SOLUTION} and ### {END_SOLUTION} the release holds a stub in "
-                "place of the whole cell, its signature too: put the answer between them.",
+            said = (
+                f"Put the answer between ### {BEGIN_SOLUTION} and ### {END_SOLUTION}: without them"
             )
+            yield Found(cell.grade_id or "", f"{said} the release has a stub for the whole cell.")
+
+
+@rule("late-picture", "warning", "What draws a student's function stands above its checks.")
+def _late_picture(subject: Subject) -> Iterator[Found]:
+    for cell, below in pairwise(subject.cells):
+        is_own = below.kind == "code" and below.grade_id is None
+        used = set(re.findall(r"\w+", below.source)) & set(subject.assignment.names)
+        if cell.grade and is_own and used:
+            said = f"The cell below uses {min(used)}, and JupyterLab stops at a check that fails: "
+            yield Found(cell.grade_id or "", f"{said}move it directly below the function's cell.")

@@ -24,10 +24,10 @@ class Found:
 
     grade_id: str
     """The cell's, or the file's name where it is in none."""
-    line: int
-    """In that cell, from 1."""
     message: str
     """What is wrong there, and the fix."""
+    line: int = 1
+    """In that cell."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Code:
 
     def found(self, node: ast.AST, message: str) -> Found:
         """Return the place of a piece of code, with what is wrong there."""
-        return Found(self.grade_id, getattr(node, "lineno", 1), message)
+        return Found(self.grade_id, message, getattr(node, "lineno", 1))
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,10 @@ class Subject:
     """Cells that are no Python."""
     modules: Mapping[str, str]
     """What names that the cells import stand for: np is numpy."""
-    functions: frozenset[str]
-    """Functions that the student is to write."""
+    cells: tuple[Cell, ...]
+    """All of the notebook's, in order."""
+    book: Path | None
+    """Folder of the book's pages, where there is one."""
 
     @property
     def codes(self) -> tuple[Code, ...]:
@@ -118,18 +120,20 @@ def parsed(source: str) -> ast.Module:
     return tree_of(plain_python(source))
 
 
-def load(path: Path, answers: Path | None = None) -> Subject:
+def load(path: Path, answers: Path | None = None, book: Path | None = None) -> Subject:
     """Read an assignment's notebook for the rules.
 
     Args:
         path: the instructor's notebook.
         answers: folder of right and wrong answers, if there is one.
+        book: folder of the book's pages, if there is one.
 
     Raises:
         WrongUse: the notebook or its ``autograder.toml`` cannot be used.
     """
     assignment = assignments.load(path)
-    cells = [cell for cell in notebook.read(path) if cell.kind == "code"]
+    every = notebook.read(path)
+    cells = [cell for cell in every if cell.kind == "code"]
     solutions = tuple(cell for cell in cells if cell.solution and not cell.grade)
     tests = [_code(case.grade_id, case, case.full) for case in assignment.cases]
     setup = [_code(piece.label, None, piece.source) for piece in assignment.setup]
@@ -141,7 +145,8 @@ def load(path: Path, answers: Path | None = None) -> Subject:
         setup=tuple(code for code in setup if isinstance(code, Code)),
         unreadable=tuple(code for code in [*setup, *tests] if isinstance(code, Found)),
         modules=_imported([cell.source for cell in cells]),
-        functions=_functions([cell.source for cell in solutions]),
+        cells=every,
+        book=book,
     )
 
 
@@ -150,7 +155,7 @@ def _code(grade_id: str, case: Case | None, source: str) -> Code | Found:
         tree = ast.parse(plain_python(source))
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None) or 1
-        return Found(grade_id, line, f"This cell is no Python ({error}): correct it.")
+        return Found(grade_id, f"This cell is no Python ({error}): correct it.", line)
     return Code(grade_id, case, source, tree, regions(source, BEGIN_HIDDEN, END_HIDDEN))
 
 
@@ -173,14 +178,3 @@ def _imported(sources: Sequence[str]) -> dict[str, str]:
             for alias in node.names:
                 found[alias.asname or alias.name] = f"{node.module}.{alias.name}"
     return found
-
-
-def _functions(sources: Sequence[str]) -> frozenset[str]:
-    """Names of functions and classes that solution cells define."""
-    found = set()
-    for node in (node for source in sources for node in parsed(source).body):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            found.add(node.name)
-        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Lambda):
-            found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
-    return frozenset(found)

@@ -50,6 +50,16 @@ def with_more(*cells: dict[str, Any], **sources: str) -> dict[str, Any]:
     return value
 
 
+def with_cells(index: int, *cells: dict[str, Any]) -> dict[str, Any]:
+    value = toy.source_notebook()
+    value["cells"][index:index] = cells
+    return value
+
+
+def text(source: str) -> dict[str, Any]:
+    return toy.cell(source) | {"cell_type": "markdown"}
+
+
 def places(findings: list[Finding], rule: str) -> list[tuple[str, int]]:
     """The cells and lines in which a rule finds something."""
     return [(one.grade_id, one.line) for one in findings if one.rule == rule]
@@ -82,6 +92,7 @@ def test_a_rule_finds_its_case_and_leaves_the_near_miss(lint, rule, bad, line, n
 
 REGION_OF_HALF = "def half(x):\n    ### BEGIN SOLUTION\n    return x / 2\n    ### END SOLUTION\n"
 DRAWS = "z = rng.normal(size=3)\nw = make(rng)\n\n\ndef later():\n    return rng.normal()\n"
+PICTURE = "pictures.draw(double)\n"
 PLAIN_DOUBLE = "def double(x):\n    return 2 * x\n"
 
 # Rule, notebook, configuration, and all that the rule finds in it.
@@ -101,6 +112,22 @@ WHOLE_NOTEBOOKS: list[tuple[str, dict[str, Any], str, list[tuple[str, int]]]] = 
         toy.cell("An essay", "essay", solution=True, grade=True, points=5),
     ), "", [("lonely", 1)]),
     ("no-solution-region", toy.source_notebook(double=PLAIN_DOUBLE), "", [("double", 1)]),
+    ("unreadable", with_more(toy.test_cell("x", "double-x", 1) | {"cell_type": "raw"}), "",
+     [("double-x", 1)]),
+    # A picture stands above the checks, or below another heading; there may be none.
+    ("late-picture", with_cells(3, toy.cell(PICTURE)), "", [("double-by-hand", 1)]),
+    ("late-picture", with_cells(2, toy.cell(PICTURE)), "", []),
+    ("late-picture", with_cells(7, text("## All"), toy.cell(PICTURE)), "", []),
+    ("rebinds", with_cells(2, toy.cell(f"from pictures import double\n{PICTURE}")), "",
+     [("set-up 2", 1)]),
+    ("rebinds", with_cells(2, toy.cell(f"from pictures import double as d\n{PICTURE}")), "", []),
+    ("miscounted", with_cells(0, text("Three exercises, ten points each.")), "",
+     [("first cell", 1)]),
+    ("miscounted", with_cells(0, text("Two exercises, 5 points each.")), "", [("first cell", 1)]),
+    ("miscounted", with_cells(1, text("## 1 · Double (10 points)"), text("## 3 · A (10 points)")),
+     "", [("statements", 1)]),
+    ("miscounted", with_cells(0, text("Two exercises, ten points each."),
+     text("## 1 · Double (10 points)"), text("## 2 · Apply (10 points)")), "", []),
     # What a function of the set-up draws, it draws later.
     ("setup-draws", toy.source_notebook(setup=toy.SETUP + DRAWS), "",
      [("set-up 1", 6), ("set-up 1", 7)]),
@@ -141,23 +168,33 @@ def test_an_import_that_students_may_not_make_is_found(lint):
 
 
 ABOUT_ANSWERS = ("no-mutant", "bad-answer")
-WRONG = "[wrong_a]\ncode = 'pass'\ncaught_by = '{}'\n"
-RIGHT = "[right_a]\ncode = 'pass'\n"
+WRONG = "".join(
+    f"[wrong_{name}]\nmisconception = 'Halves x.'\ncode = 'pass'\ncaught_by = '{{{name}}}'\n"
+    for name in "abc"
+)
+RIGHT = "[right_a]\ncode = 'pass'\n[right_b]\ncode = 'pass'\n"
+BOTH = RIGHT + WRONG
+
+
+def caught(a: str = "double-random") -> str:
+    return BOTH.format(a=a, b="double-random", c="double-random")
 
 
 @pytest.mark.parametrize(
     ("double", "wanted"),
     [
-        (RIGHT + WRONG.format("double-by-hand"), []),
-        (RIGHT, [("no-mutant", "double", "has no answer wrong_…: add one")]),
+        (caught(), []),
+        (RIGHT, [("no-mutant", "double", "has 0 of the 3 answers wrong_… that the tests must")]),
+        (caught().replace("[right_b]\ncode = 'pass'\n", ""),
+         [("no-mutant", "double", "has 1 of the 2 answers right_…")]),
         ("[right_a]\nfrom = 'b'\n", [("bad-answer", "double.toml", "cannot be read: ")]),
-        (
-            RIGHT + WRONG.format("doubel"),
-            [("bad-answer", "double.toml", "names doubel, not one")],
-        ),
-        (RIGHT + WRONG.format("apply-by-hand"), [("bad-answer", "double.toml", "apply-by-hand")]),
+        (caught("doubel"), [("bad-answer", "double.toml", "names doubel, not one")]),
+        (caught("apply-by-hand"), [("bad-answer", "double.toml", "apply-by-hand")]),
+        *((caught().replace("Halves x.", story, 1),
+           [("bad-answer", "double.toml", "wrong_a has no misconception that goes on")])
+          for story in ("Halves it.", "Half of x.", "Halves x")),
     ],
-)
+)  # fmt: skip
 def test_an_exercise_needs_answers_that_name_its_cases_where_answers_are_given(
     lint, tmp_path, double, wanted
 ):
@@ -172,6 +209,36 @@ def test_an_exercise_needs_answers_that_name_its_cases_where_answers_are_given(
     ]
     assert all(text in one.message for one, (*_, text) in zip(said, wanted, strict=True))
     assert not any(places(lint(toy.source_notebook()), rule) for rule in ABOUT_ANSWERS)
+
+
+TABLE = "Assignment **07-toy**:\n\n| exercise | you write |\n|---|---|\n| `{}` | it |\n"
+
+
+SPEAKS = [
+    ("autograder.toml", 1), ("chapters/07-toy.ipynb", 1), ("chapters/07-toy.ipynb", 5),
+    ("chapters/students.md", 2), ("first cell", 2), ("text 2", 1), ("treble.toml", 1),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "wanted"), [("treble", SPEAKS), ("double", [])])
+def test_each_place_that_speaks_of_an_exercise_that_is_gone_is_named(
+    tmp_path, autograder, name, wanted
+):
+    """With treble in place of double; one line names another assignment, one none."""
+    config = f'chapter = "07-toy"\n[sections]\napply = "Again"\ndouble = "{name}"\n'
+    own = with_cells(0, text(f"You write\n{name} and apply."), text(f"Use your `{name}`."))
+    toy.make_tree(tmp_path, config, own)
+    chapter = [text("# double\n\nApply it.\n\n## Again"), text(TABLE.format(f"{name}`, `apply"))]
+    toy.write(tmp_path / "chapters/07-toy.ipynb", toy.notebook(chapter))
+    pages = f"| `06-toy.zip` | {name} |\n| `07-toy.zip` | {name} |\nA {name}.\n"
+    (tmp_path / "chapters/students.md").write_text(pages)
+    answers = tmp_path / "answers" / toy.NAME
+    answers.mkdir(parents=True)
+    (answers / f"{name}.toml").write_text(RIGHT)
+    _, out, _ = autograder("lint", "--json", "--answers", answers.parent)
+    rules = ("no-section", "stale-text", "bad-answer")
+    found = [one for one in json.loads(out) if one["rule"] in rules]
+    assert [(one["grade_id"], one["line"]) for one in found] == wanted
 
 
 REASON = "(SECRET-REASON)"
@@ -195,25 +262,18 @@ def test_a_comment_allows_a_finding_in_its_case_or_in_its_exercise(lint):
 
 
 @pytest.mark.parametrize(
-    ("source", "rule", "line"),
+    ("source", "line"),
     [
-        (hidden("# lint: allow no-rng", "assert double(5) == 10"), "allow-comment", 4),
-        (hidden("# lint: allow no-rng ()", "assert double(5) == 10"), "allow-comment", 4),
-        (hidden("# lint: allow no-such (why)", "assert double(5)"), "allow-comment", 4),
-        (f"# lint: allow no-message (why)\nassert double(3) == 6, {SAID}\n", "allow-comment", 1),
-        (
-            hidden(
-                "x = rng.normal(size=5)",
-                "# lint: allow no-rng (why)",
-                "assert len(double(x)) == 5",
-            ),
-            "allow-unused",
-            5,
-        ),
+        (hidden("# lint: allow no-rng", "assert double(5) == 10"), 4),
+        (hidden("# lint: allow no-rng ()", "assert double(5) == 10"), 4),
+        (hidden("# lint: allow no-such (why)", "assert double(5)"), 4),
+        (f"# lint: allow no-rng (why)\n{hidden('assert double(5) == 10')}", 1),
     ],
 )
-def test_a_comment_that_allows_nothing_is_found(lint, source, rule, line):
-    assert places(lint(with_case(source)), rule) == [(CELL, line)]
+def test_a_comment_that_allows_nothing_is_found(lint, source, line):
+    found = lint(with_case(source))
+    assert places(found, "allow-comment") == [(CELL, line)]
+    assert CELL in dict(places(found, "no-rng"))
 
 
 def test_rules_have_names_of_their_own_and_each_has_a_test():

@@ -44,7 +44,7 @@ def check(figure: Figure, case: str, path: Path, tolerance: float = 1e-5) -> Non
         lines = (f"{json.dumps(one)}: {json.dumps(it, ensure_ascii=False)}" for one, it in cases)
         path.write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
     else:
-        assert case in known, f"{case} has no description in {path.name}"
+        assert case in known, f"{case} is not in {path.name}: look at it, then set {AGAIN}=1"
         assert _apart(known[case], found, tolerance) == []
 
 

@@ -43,6 +43,7 @@ ALL = [(assignment, name) for assignment in MODULES for name in pictures(MODULES
 def arguments(assignment: str, name: str) -> list[Callable[..., Any]]:
     """The reference's functions that a picture takes: its own, and those named beside it."""
     functions = reference.load(assignment).functions
+    assert name in functions, f"{MODULES[assignment]}.{name} draws no exercise: delete it"
     if name.startswith("rho_"):
         kernel = name.removeprefix("rho_")
         return [
