@@ -157,18 +157,18 @@ test-rest: ## what test-all has beyond test; TESTS=tests/book for a part of it
 	$(call ready,rest)
 	$(call tests,rest)
 
-test-all: ## does every promise hold? test and test-rest, one after the other
-	@$(MAKE) test
-	@$(MAKE) test-rest
+test-all: ## does every promise hold? what test and test-rest ask, in one run
+	$(call ready,all)
+	$(call tests,all)
 
 # Sets up what tests need. Style and types are checked once, while Sphinx, which takes one core, makes
 # the book.
 define ready
-@echo 'make $(1:rest=test-rest) sets up, collects Python for the pages, builds the book and runs tests.'
+@echo 'make $@ sets up, collects Python for the pages, builds the book and runs tests.'
 @$(call install,$(1))
 @$(call leaves-out,$(1))
 @$(MAKE) -j 2 try-runtime notebooks
-@$(MAKE) -j 2 book $(if $(filter test,$(1)),check)
+@$(MAKE) -j 2 book $(if $(filter test all,$(1)),check)
 endef
 
 leaves-out = $(BIN)/python -m tests.needs $(1) $(if $(filter-out 0,$(STRICT)),--strict)

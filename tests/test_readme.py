@@ -51,6 +51,7 @@ def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int)
 
 
 @pytest.mark.long
+@pytest.mark.rest
 def test_small_outliers_are_rejected_with_the_noise_that_is_found_alone(tour: str) -> None:
     """It solves Intel with 100 outliers twice: with the noise found and without."""
     local = tour.replace("add_random_closures", "add_local_closures")

@@ -22,6 +22,8 @@ from tests.book import test_valid_html
 from tests.shown_class import ATTEMPTS, M_ESTIMATORS, ONE_LIE, SHOWN, TABLE
 from tests.test_secrets import answer_lines, secret_lines
 
+pytestmark = pytest.mark.rest
+
 STUDENTS = [f"student-{n:02}" for n in range(1, 13)]
 WHOLE_LINES = 16
 """Letters without spaces; shorter lines of code are alike by chance."""

@@ -14,7 +14,7 @@ from tests.assignments import answers, reference
 SEED, OTHER_SEED = 1, 2
 Function = Callable[..., Any]
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 def in_parts(change: Callable[[Any], Any], value: Any) -> Any:

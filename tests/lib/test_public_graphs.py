@@ -16,7 +16,7 @@ from robust_slam.graphs import pose_graph
 
 from tests.lib.worlds import public_graph
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 LEAST_SQUARES = {
     "CSAIL": 20.275442,

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import msgpack
+import pytest
 from hypothesis import strategies as st
 from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter
 from robust_slam_autograder.executor.session import StudentError, student_error
@@ -25,6 +26,8 @@ from robust_slam_autograder.protocol.wire import Handle
 from tests.autograder.fuzz import messages
 from tests.autograder.fuzz.running import SEEDS, fuzzed, variants
 from tests.autograder.fuzz.values import ARRAYS, HANDLES, INTEGERS, TEXT, Foreign, export, nested
+
+pytestmark = pytest.mark.rest
 
 MOST = 60_000
 """What fits into a pipe at once."""

@@ -17,6 +17,8 @@ from tests.autograder.fuzz.messages import TUPLE, extension
 from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes, variants
 from tests.autograder.fuzz.values import PLAIN, STRANGE, Foreign, export, nested, plain_cost, same
 
+pytestmark = pytest.mark.rest
+
 
 def decoded(data: bytes) -> Any:
     return wire.decode(data, Foreign)

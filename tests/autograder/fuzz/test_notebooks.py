@@ -26,6 +26,8 @@ from tests.autograder import toy
 from tests.autograder.fuzz.running import SEEDS, VARIANTS, calls, fuzzed, no_hang, peak_bytes
 from tests.autograder.fuzz.test_texts import SOURCES
 
+pytestmark = pytest.mark.rest
+
 TESTS = toy.assignment()
 GOOD = [
     *("null", "true", "false", "0", "-0", "4", "4.0", "4e0", "3", "99", "-1", "1.5", "2e-320"),

@@ -11,6 +11,8 @@ from robust_slam_autograder.reading import source
 
 from tests.autograder.fuzz.running import fuzzed, no_hang
 
+pytestmark = pytest.mark.rest
+
 PIECES = [
     *("def ", "async ", "class ", "f", "double", "(", ")", "(x)", ":", "\n", "\n", "    ", "\t"),
     *("=", "==", " = 1", ": int", "return ", "lambda ", "import os", "from x import *", "@", ","),

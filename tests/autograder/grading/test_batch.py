@@ -43,6 +43,7 @@ def course(tmp_path: Path) -> Path:
     return make_course(tmp_path)
 
 
+@pytest.mark.rest
 def test_every_submission_gets_its_result_in_order_however_many_run_at_once(course: Path) -> None:
     graded = grade(course)
     assert same_but_for_time(graded, grade(course, "serial", workers=1))
@@ -138,6 +139,7 @@ def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(
     assert not (course / "out" / batch.WAITING_NAME).exists()
 
 
+@pytest.mark.rest
 def test_a_call_that_nothing_interrupts_is_the_students_timeout(
     course: Path, started: list[tuple[str, bool, bool]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -23,6 +23,8 @@ from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
 from tests.autograder.reports.samples import case, exercise, result
 
+pytestmark = pytest.mark.rest
+
 
 @pytest.fixture
 def tests() -> Assignment:

@@ -18,6 +18,8 @@ from robust_slam_autograder.publishing.public import install_cell, publish
 from tests.autograder import toy
 from tests.autograder.publishing import world
 
+pytestmark = pytest.mark.rest
+
 SECRET = "history.append(f(history[-1])) or None"
 """A telling line, once the toy's solution has it."""
 

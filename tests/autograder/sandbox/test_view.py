@@ -158,6 +158,7 @@ with started({LOOK!r}, names=("look",), wall=BACK_ENDS[sys.argv[1]]) as session:
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize("kind", interpreters.available())
+@pytest.mark.rest
 def test_another_interpreter_works_too(wall_name: str, kind: str, tmp_path: Path) -> None:
     """Debian's in a virtual environment; and one as conda's and container images' are."""
     python = interpreters.available()[kind](tmp_path)
