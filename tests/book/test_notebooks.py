@@ -12,11 +12,12 @@ from jupyter_cache import get_cache
 
 from chapters._ext import names, notebooks
 
+pytestmark = pytest.mark.rest
+
 PRINTS = "print({0}); open('runs.txt', 'a').write('{0} ')"
 DEFINES = """
 import functools, threading, matplotlib.pyplot as plt
 
-pytestmark = pytest.mark.rest
 sizes, drawn, cannot = [3], plt.figure(), threading.Lock()
 total = functools.cache(lambda x: x + sum(sizes))
 """
