@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 
 from robust_slam_autograder.commands import places
@@ -22,6 +23,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("zip", type=Path, metavar="ZIP", help="as the system hands it out")
     places.add(parser, *places.ROSTER, "--submitted")
+    parser.add_argument(
+        "--name",
+        nargs="+",
+        default=[],
+        metavar="COLUMN",
+        help="the roster's columns that make up the name in Moodle's zip, in its order",
+    )
     parser.add_argument(
         "--assignment",
         metavar="NAME",
@@ -44,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     people, students, match = places.roster(options)
     reader = downloads.Reader(
         system.sent,
-        downloads.owners(system.keys, people, students),
+        downloads.owners(system.keys(people, options.name), students),
         match,
         stems | {name: name for name in names},
         options.assignment,
@@ -86,15 +94,15 @@ def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
         raise ValueError(f"differs from what {where} holds already: add --replace")
     if others not in ([], [path.name]):
         raise ValueError(f"cannot replace {', '.join(map(log_line, others))} in {where}")
-    _write(path, data, one)
+    _write(path, data, one.at or archive.at)
 
 
-def _write(path: Path, data: bytes, one: Notebook) -> None:
+def _write(path: Path, data: bytes, time: datetime) -> None:
     part = durable.part_of(path)
     with durable.explained(path, part):
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(data)
-        at = one.at.timestamp()  # as unzip does: the zip's times are of this machine's clock
+        at = time.timestamp()  # as unzip does: the zip's times are of this machine's clock
         os.utime(part, (at, at))
         # It is about what was handed in before.
         (path.parent / timestamp.NAME).unlink(missing_ok=True)
@@ -114,6 +122,12 @@ def _tell(
         late = sorted(one.student for one in mine if one.late)
         if late:
             print(f"late, says the system: {len(late)} of {name} ({_listed(late)})")
+        undated = sorted(one.student for one in mine if one.at is None)
+        if undated:
+            print(
+                f"no time in the zip, so its own counts: {len(undated)} of {name} "
+                f"({_listed(undated)})"
+            )
         absent = sorted(listed - {one.student for one in mine})
         if absent:
             print(f"no notebook of {name}: {len(absent)} ({_listed(absent)})")

@@ -4,7 +4,8 @@ A file is a student's where the roster has one line for the number or the name i
 name, and no other. What is doubtful is left out and told, because a notebook in the wrong folder
 is a mark for the wrong person.
 
-Source: Canvas, lib/content_zipper.rb; Moodle, mod/assign/locallib.php.
+Source: Canvas, lib/content_zipper.rb; Moodle, public/mod/assign/classes/downloader.php, and of
+what it drops from a name public/lib/classes/param.php.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from __future__ import annotations
 import re
 import stat
 import zipfile
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms import roster
@@ -27,11 +29,26 @@ from robust_slam_autograder.reading.notebook import MAX_BYTES
 NOTEBOOK = ".ipynb"
 MAX_FILES = 20_000
 MAX_TOTAL_BYTES = 4 * 2**30
-"""Of all files of a zip when they are unpacked."""
-_CANVAS = re.compile(r"_(LATE_)?(\d+)_\d+_(?=[^_])")
-_MOODLE = re.compile(r"(.+)_(\d+)_assignsubmission_file_/?([^/]+)")
+"""Of all notebooks of a zip when they are unpacked."""
+_SAYS_UTF8 = 0x800
+_NO_TIME = (1980, 1, 1, 0, 0, 0)
+"""What stands where a zip's maker had none."""
+_NOT_SENT = re.compile(
+    r"(^|[/\\])(__MACOSX[/\\]|(\._[^/\\]*|\.DS_Store|Thumbs\.db|desktop\.ini)?$)"
+)
+"""Folders, and what macOS and Windows put beside files."""
+_CANVAS = re.compile(r"_(LATE_)?(\d+)_\d+_(?=.)")
+_MOODLE = re.compile(r"(?:^|/)([^/_]+)_(\d+)_assignsubmission_file(?:_?/(?:.*/)?|_)([^/]+)$")
+_DROPPED = re.compile(r"[\x00-\x1f\x7f-\x9f&<>\"`|':\\/]")
+"""What Moodle's ``PARAM_FILE`` takes out of a name."""
+_MOODLE_NAMES = (
+    *(("Full name",), ("First name", "Last name"), ("First name", "Surname")),
+    *(("Vollständiger Name",), ("Vorname", "Nachname")),
+)
 _AGAIN = re.compile(r"(-\d+| ?\(\d+\))$")
 """What Canvas and browsers add to a name that they have had before."""
+Keys = Callable[[Row], Iterable[str]]
+"""What may stand in the zip for a line of the roster."""
 
 
 @dataclass(frozen=True)
@@ -59,35 +76,61 @@ def canvas_sent(path: str) -> list[Sent]:
     ]
 
 
-def canvas_keys(people: Roster, row: Row) -> Iterator[str]:
-    """Yield the number that Canvas has for a student."""
-    if "ID" in people.header:
-        yield row.cells[people.header.index("ID")].strip()
+def canvas_keys(people: Roster, names: Sequence[str]) -> Keys:
+    """Return what reads the number that Canvas has for a student.
+
+    Raises:
+        WrongUse: columns of names are given, which Canvas's zip does not need.
+    """
+    if names:
+        raise WrongUse("--name is for Moodle: the files of Canvas's zip have the roster's ID.")
+    column = people.column("ID", "--format canvas")
+    return lambda row: [row.cells[column].strip()]
 
 
 def moodle_sent(path: str) -> list[Sent]:
-    """Read ``Jane Smith_12345_assignsubmission_file_/02-four-costs.ipynb``, with or without a bar.
+    """Read ``Jane Smith_12345_assignsubmission_file/02-four-costs.ipynb``, in whatever folder.
 
+    Before Moodle 4.1 the folder's name ended in a bar. There may be more folders in it, or, as
+    the teacher chose, none: then a bar is before the file's own name.
     The number is the participant's in this assignment; only Moodle's grading worksheet has it.
     """
-    found = _MOODLE.fullmatch(path)
-    return [] if found is None else [Sent((f"#{found[2]}", _one_space(found[1])), found[3])]
+    found = _MOODLE.search(path.replace("\\", "/"))
+    return [] if found is None else [Sent((f"#{found[2]}", _in_zip(found[1])), found[3])]
 
 
-def moodle_keys(people: Roster, row: Row) -> Iterator[str]:
-    """Yield a participant's number, and the full name."""
-    cells = dict(zip(people.header, row.cells, strict=True))
-    number = cells.get("Identifier", "").rpartition(" ")[2]
-    if number.isdecimal():
-        yield f"#{number}"
-    last = cells.get("Last name", cells.get("Surname", ""))
-    for name in (cells.get("Full name", ""), f"{cells.get('First name', '')} {last}"):
-        if _one_space(name):
-            yield _one_space(name)
+def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
+    """Return what reads a participant's number and the full name, as it is in the zip.
+
+    Args:
+        people: the roster.
+        names: its columns that make up the name, in order; the usual ones, both ways, where none.
+
+    Raises:
+        WrongUse: there is no such column.
+    """
+    usual = [each for each in _MOODLE_NAMES if set(each) <= set(people.header)]
+    number = [people.header.index("Identifier")] if "Identifier" in people.header else []
+    if not (names or usual or number):
+        raise WrongUse(
+            f"{people.path}:1: no column has the names of Moodle's zip. There are "
+            f"{', '.join(filter(None, people.header))}; wanted are First name and Last name, or "
+            "Full name: add --name COLUMN … to say which they are here, in the zip's order."
+        )
+    orders = [names] if names else [*usual, *(each[::-1] for each in usual)]
+    columns = [[people.column(name, "--name") for name in each] for each in orders]
+
+    def keys(row: Row) -> Iterator[str]:
+        yield from (f"#{row.cells[n].rpartition(' ')[2]}" for n in number)
+        full = (_in_zip(" ".join(row.cells[n] for n in each)) for each in columns)
+        yield from filter(None, full)
+
+    return keys
 
 
-def _one_space(name: str) -> str:
-    return roster.key(" ".join(name.split()))
+def _in_zip(name: str) -> str:
+    plain = _DROPPED.sub("", name.replace("_", " ").replace(",", " "))
+    return roster.key(" ".join(plain.split()))
 
 
 @dataclass(frozen=True)
@@ -98,13 +141,12 @@ class Notebook:
     assignment: str
     entry: str
     """Its path within the zip."""
-    at: datetime
-    """The time that the zip gives it, which has no zone."""
+    at: datetime | None
+    """The time that the zip gives it, which has no zone; None where it gives none."""
     late: bool
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(NamedTuple):
     """A file that is not taken, with the reason."""
 
     entry: str
@@ -118,17 +160,20 @@ class Archive:
         """Open it.
 
         Raises:
-            WrongUse: it is no zip, or none that a system hands out: with paths that lead out of
-                it, links, far too many files, or far too large when it is unpacked.
+            WrongUse: it is no zip, or has paths that lead out of it, links, far too many files,
+                or notebooks that are far too large together.
         """
-        self.path = path
         try:
             self._zip = zipfile.ZipFile(path)
+            self.at = datetime.fromtimestamp(path.stat().st_mtime)
         except OSError as error:
             raise WrongUse(f"{path} cannot be read ({error.strerror}): name the zip.") from error
-        except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
+        except Exception as error:  # each damage has a type of its own
             raise WrongUse(f"{path} is no zip ({error}): download it again.") from error
-        self.infos = {one.filename: one for one in self._zip.infolist() if not one.is_dir()}
+        self.infos: dict[str, list[zipfile.ZipInfo]] = {}
+        for one in self._zip.infolist():
+            if not _NOT_SENT.search(name := _name(one)):
+                self.infos.setdefault(name, []).append(one)
         if problem := self._problem():
             raise WrongUse(f"{path} {problem}: no system hands out such a zip. Nothing was read.")
 
@@ -136,15 +181,14 @@ class Archive:
         infos = self._zip.infolist()
         if len(infos) > MAX_FILES:
             return f"holds more than {MAX_FILES} files"
-        if len({one.filename for one in infos}) < len(infos):
-            return "holds two files of one name"
         for one in infos:
             parts = re.split(r"[/\\]", one.filename)
-            if ".." in parts or not parts[0] or ":" in parts[0] or "\\" in one.filename:
+            if ".." in parts or not parts[0] or re.fullmatch("[A-Za-z]:", parts[0]):
                 return f"has a path that leads out of it, {log_line(one.filename)}"
             if stat.S_ISLNK(one.external_attr >> 16):
                 return f"holds a link, {log_line(one.filename)}"
-        if sum(one.file_size for one in infos) > MAX_TOTAL_BYTES:
+        sizes = (min(one.file_size, MAX_BYTES) for one in infos if _is_notebook(one.filename))
+        if sum(sizes) > MAX_TOTAL_BYTES:
             return f"is larger than {MAX_TOTAL_BYTES // 2**30} GiB when it is unpacked"
         return ""
 
@@ -152,16 +196,42 @@ class Archive:
         """Read a file, and never more of it than a notebook may have.
 
         Raises:
-            ValueError: it is larger, damaged, or locked with a password; the words say which.
+            ValueError: it is larger, damaged, locked with a password, or one of two of its name;
+                the words say which.
         """
+        info, *others = self.infos[entry]
+        if others:
+            raise ValueError("stands in the zip twice: leave one of them in it")
         try:
-            with self._zip.open(self.infos[entry]) as file:
+            with self._zip.open(info) as file:
                 data = file.read(MAX_BYTES + 1)
-        except (zipfile.BadZipFile, EOFError, RuntimeError, NotImplementedError) as error:
-            raise ValueError(f"cannot be read from the zip ({error})") from error
+        except Exception as error:  # each damage has a type of its own
+            why = str(error) or type(error).__name__
+            raise ValueError(f"cannot be read from the zip ({why})") from error
         if len(data) > MAX_BYTES:
             raise ValueError(f"is larger than {MAX_BYTES // 2**20} MiB")
         return data
+
+    def time(self, entry: str) -> datetime | None:
+        """Return when a file was written; None where the zip does not say."""
+        said = self.infos[entry][0].date_time
+        try:
+            return datetime(*said) if said > _NO_TIME else None
+        except ValueError:
+            return None
+
+
+def _name(info: zipfile.ZipInfo) -> str:
+    """Return an entry's name, which macOS writes as UTF-8 without saying so."""
+    try:
+        said = info.flag_bits & _SAYS_UTF8
+        return info.filename if said else info.filename.encode("cp437").decode()
+    except UnicodeError:
+        return info.filename
+
+
+def _is_notebook(name: str) -> bool:
+    return name.lower().endswith(NOTEBOOK)
 
 
 @dataclass(frozen=True)
@@ -187,16 +257,18 @@ class Reader:
         """Return the notebooks that are somebody's without a doubt, and what is left out."""
         found: list[Notebook] = []
         left: list[LeftOut] = []
-        for entry, info in archive.infos.items():
+        for entry in archive.infos:
             try:
-                found.append(self._read(entry, datetime(*info.date_time)))
+                found.append(self._read(entry, archive.time(entry)))
             except ValueError as error:
                 left.append(LeftOut(entry, str(error)))
         return _once(found, left)
 
-    def _read(self, entry: str, at: datetime) -> Notebook:
-        if not entry.lower().endswith(NOTEBOOK):
+    def _read(self, entry: str, at: datetime | None) -> Notebook:
+        if not _is_notebook(entry):
             raise ValueError("is no notebook")
+        if ".ipynb_checkpoints" in entry:
+            raise ValueError("is a copy that Jupyter keeps for itself")
         ways = self.sent(entry)
         if not ways:
             raise ValueError("has not the name that this system gives to submissions")
@@ -220,8 +292,9 @@ class Reader:
         for key in way.keys:
             rows = self.owners.get(key, ())
             if len(rows) > 1:
+                who = " and ".join(row.cells[self.match] for row in rows)
                 lines = " and ".join(str(row.line) for row in rows)
-                raise ValueError(f"may be of several people: lines {lines} of the roster")
+                raise ValueError(f"may be of several people: lines {lines} of the roster ({who})")
             if rows:
                 return roster.key(rows[0].cells[self.match])
         return ""
@@ -253,12 +326,10 @@ def _once(
     ]
 
 
-def owners(
-    keys: Callable[[Roster, Row], Iterator[str]], people: Roster, students: Collection[Row]
-) -> dict[str, list[Row]]:
+def owners(keys: Keys, students: Iterable[Row]) -> dict[str, list[Row]]:
     """Return by what a file's name may hold the lines of the roster that have it."""
     found: dict[str, list[Row]] = {}
     for row in students:
-        for key in dict.fromkeys(keys(people, row)):
+        for key in dict.fromkeys(keys(row)):
             found.setdefault(key, []).append(row)
     return found
