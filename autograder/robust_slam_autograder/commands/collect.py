@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
 from robust_slam_autograder.lms import downloads, roster, systems
-from robust_slam_autograder.lms.downloads import Archive, LeftOut, Notebook
+from robust_slam_autograder.lms.downloads import Archive, Notebook
 from robust_slam_autograder.markup import log_line, one_line
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import timestamp
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
             _put(one, archive, options)
             taken.append(one)
         except ValueError as error:
-            left.append(LeftOut(one.entry, str(error)))
+            left[one.entry] = str(error)
     listed = {roster.key(row.cells[match]) for row in students} - {""}
     _tell(taken, left, listed, options)
     return 1 if left else 0
@@ -111,23 +111,20 @@ def _write(path: Path, data: bytes, time: datetime) -> None:
 
 def _tell(
     taken: Sequence[Notebook],
-    left: Sequence[LeftOut],
+    left: Mapping[str, str],
     listed: set[str],
     options: argparse.Namespace,
 ) -> None:
-    for one in left:
-        print(f"left out: {log_line(one.entry)} {one_line(one.why)}", file=sys.stderr)
+    for entry, why in left.items():
+        print(f"left out: {log_line(entry)} {one_line(why)}", file=sys.stderr)
     for name in dict.fromkeys(one.assignment for one in taken):
         mine = [one for one in taken if one.assignment == name]
         late = sorted(one.student for one in mine if one.late)
-        if late:
-            print(f"late, says the system: {len(late)} of {name} ({_listed(late)})")
         undated = sorted(one.student for one in mine if one.at is None)
-        if undated:
-            print(
-                f"no time in the zip, so its own counts: {len(undated)} of {name} "
-                f"({_listed(undated)})"
-            )
+        says = {"late, says the system": late, "no time in the zip, so its own counts": undated}
+        for said, who in says.items():
+            if who:
+                print(f"{said}: {len(who)} of {name} ({_listed(who)})")
         absent = sorted(listed - {one.student for one in mine})
         if absent:
             print(f"no notebook of {name}: {len(absent)} ({_listed(absent)})")

@@ -13,11 +13,11 @@ from __future__ import annotations
 import re
 import stat
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms import roster
@@ -133,6 +133,9 @@ def _in_zip(name: str) -> str:
     return roster.key(" ".join(plain.split()))
 
 
+CANVAS, MOODLE = (canvas_sent, canvas_keys), (moodle_sent, moodle_keys)
+
+
 @dataclass(frozen=True)
 class Notebook:
     """One student's notebook, as the zip has it."""
@@ -145,12 +148,10 @@ class Notebook:
     """The time that the zip gives it, which has no zone; None where it gives none."""
     late: bool
 
-
-class LeftOut(NamedTuple):
-    """A file that is not taken, with the reason."""
-
-    entry: str
-    why: str
+    @property
+    def key(self) -> tuple[str, str]:
+        """What only one notebook may have; some disks do not tell capitals apart."""
+        return self.student.casefold(), self.assignment
 
 
 class Archive:
@@ -166,10 +167,11 @@ class Archive:
         try:
             self._zip = zipfile.ZipFile(path)
             self.at = datetime.fromtimestamp(path.stat().st_mtime)
-        except OSError as error:
-            raise WrongUse(f"{path} cannot be read ({error.strerror}): name the zip.") from error
         except Exception as error:  # each damage has a type of its own
-            raise WrongUse(f"{path} is no zip ({error}): download it again.") from error
+            raise WrongUse(
+                f"{path} is no zip, or cannot be read ({getattr(error, 'strerror', error)}): "
+                "correct the path, or download it again."
+            ) from error
         self.infos: dict[str, list[zipfile.ZipInfo]] = {}
         for one in self._zip.infolist():
             if not _NOT_SENT.search(name := _name(one)):
@@ -253,16 +255,23 @@ class Reader:
     notebooks: Mapping[str, str]
     assignment: str | None = None
 
-    def read(self, archive: Archive) -> tuple[list[Notebook], list[LeftOut]]:
-        """Return the notebooks that are somebody's without a doubt, and what is left out."""
+    def read(self, archive: Archive) -> tuple[list[Notebook], dict[str, str]]:
+        """Return the notebooks that are somebody's without a doubt, and why each other is not."""
         found: list[Notebook] = []
-        left: list[LeftOut] = []
+        left: dict[str, str] = {}
         for entry in archive.infos:
             try:
                 found.append(self._read(entry, archive.time(entry)))
             except ValueError as error:
-                left.append(LeftOut(entry, str(error)))
-        return _once(found, left)
+                left[entry] = str(error)
+        count = Counter(one.key for one in found)
+        for one in found:
+            if count[one.key] > 1:  # which one counts is not ours to say
+                left[one.entry] = (
+                    f"is one of several notebooks of {one.student} for {one.assignment}: "
+                    "leave one of them in the zip"
+                )
+        return [one for one in found if one.entry not in left], left
 
     def _read(self, entry: str, at: datetime | None) -> Notebook:
         if not _is_notebook(entry):
@@ -272,32 +281,22 @@ class Reader:
         ways = self.sent(entry)
         if not ways:
             raise ValueError("has not the name that this system gives to submissions")
-        students = [(way, self._student(way)) for way in ways]
-        known = [(way, student) for way, student in students if student]
-        if not known:
+        found = {row: way for way in reversed(ways) for row in self._rows(way)}
+        if not found:
             raise ValueError("is of no one on the roster")
-        if len({student for _, student in known}) > 1:
-            raise ValueError("may be of several people on the roster")
-        way, student = known[0]
-        if not submission.is_student(student) or student in self.notebooks.values():
-            raise ValueError(f"is of {student!r}, which cannot name a folder: see --match")
-        return Notebook(student, self._assignment(way.file), entry, at, way.late)
+        names = [roster.key(row.cells[self.match]) for row in found]
+        if len(names) > 1:
+            pairs = zip(found, names, strict=True)
+            lines = " and ".join(f"{row.line} ({name})" for row, name in pairs)
+            raise ValueError(f"may be of several people on the roster: lines {lines}")
+        if not submission.is_student(names[0]) or names[0] in self.notebooks.values():
+            raise ValueError(f"is of {names[0]!r}, which cannot name a folder: see --match")
+        (way,) = found.values()
+        return Notebook(names[0], self._assignment(way.file), entry, at, way.late)
 
-    def _student(self, way: Sent) -> str:
-        """Return whose line the first key has that the roster knows; empty where none does.
-
-        Raises:
-            ValueError: two lines have it.
-        """
-        for key in way.keys:
-            rows = self.owners.get(key, ())
-            if len(rows) > 1:
-                who = " and ".join(row.cells[self.match] for row in rows)
-                lines = " and ".join(str(row.line) for row in rows)
-                raise ValueError(f"may be of several people: lines {lines} of the roster ({who})")
-            if rows:
-                return roster.key(rows[0].cells[self.match])
-        return ""
+    def _rows(self, way: Sent) -> Sequence[Row]:
+        """Return the lines that have the first key which the roster knows."""
+        return next((self.owners[key] for key in way.keys if key in self.owners), ())
 
     def _assignment(self, file: str) -> str:
         stem = file[: -len(NOTEBOOK)]
@@ -308,22 +307,6 @@ class Reader:
         if self.assignment not in (None, name):
             raise ValueError(f"belongs to {name}, not to {self.assignment}")
         return name
-
-
-def _once(
-    found: Sequence[Notebook], left: Sequence[LeftOut]
-) -> tuple[list[Notebook], list[LeftOut]]:
-    """Leave out all of several notebooks of one student: which one counts is not ours to say."""
-    groups: dict[tuple[str, str], list[Notebook]] = {}
-    for one in found:
-        groups.setdefault((one.student.casefold(), one.assignment), []).append(one)
-    doubled = [one for group in groups.values() if len(group) > 1 for one in group]
-    why = "is one of several notebooks of {} for {}: leave one of them in the zip"
-    kept = [one for one in found if one not in doubled]
-    return kept, [
-        *left,
-        *(LeftOut(one.entry, why.format(one.student, one.assignment)) for one in doubled),
-    ]
 
 
 def owners(keys: Keys, students: Iterable[Row]) -> dict[str, list[Row]]:

@@ -175,25 +175,11 @@ class System:
     """What may stand for a line of the roster in such a path, by the columns of names."""
 
 
+_CANVAS = (canvas_students, canvas_names, canvas_table, *downloads.CANVAS)
+_MOODLE = (lambda roster: roster.rows, moodle_names, moodle_table, *downloads.MOODLE)
 SYSTEMS = {
-    "canvas": System(
-        "Canvas",
-        "SIS Login ID",
-        canvas_students,
-        canvas_names,
-        canvas_table,
-        downloads.canvas_sent,
-        downloads.canvas_keys,
-    ),
-    "moodle": System(
-        "Moodle",
-        "Email address",
-        lambda roster: roster.rows,
-        moodle_names,
-        moodle_table,
-        downloads.moodle_sent,
-        downloads.moodle_keys,
-    ),
+    "canvas": System("Canvas", "SIS Login ID", *_CANVAS),
+    "moodle": System("Moodle", "Email address", *_MOODLE),
 }
 
 

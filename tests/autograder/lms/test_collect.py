@@ -94,7 +94,9 @@ def test_what_moodle_hands_out_becomes_a_classs_folders(tmp_path, collect):
         f"Al Twin_903_assignsubmission_file_/{FILE}": ONE,
     }
     status, _, err = collect("moodle", files)
-    assert status == 1 and "may be of several people: lines 4 and 5 of the roster" in err
+    assert (
+        status == 1 and "may be of several people on the roster: lines 4 (al1) and 5 (al2)" in err
+    )
     assert written(tmp_path) == {
         f"jane@example.edu/{toy.NAME}/{FILE}": ONE,
         f"zoe/{toy.NAME}/{FILE}": OTHER,
@@ -130,7 +132,7 @@ def test_every_way_that_moodle_and_those_who_pack_it_anew_name_a_file(tmp_path, 
 def test_names_are_compared_as_moodle_cleans_them_and_equal_ones_are_nobodys(tmp_path, collect):
     files = [f"{name}_9_assignsubmission_file/{FILE}" for name in ("Ana ODell", "Bo Ü")]
     status, _, err = collect("moodle", dict.fromkeys(files, ONE), roster=TWINS)
-    assert status == 1 and "lines 2 and 3 of the roster (ana and other)" in err
+    assert status == 1 and "lines 2 (ana) and 3 (other)" in err
     assert set(written(tmp_path)) == {f"bo/{toy.NAME}/{FILE}"}
 
 
