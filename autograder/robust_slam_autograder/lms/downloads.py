@@ -288,7 +288,7 @@ class Reader:
         if len(names) > 1:
             pairs = zip(found, names, strict=True)
             lines = " and ".join(f"{row.line} ({name})" for row, name in pairs)
-            raise ValueError(f"may be of several people on the roster: lines {lines}")
+            raise ValueError(f"may be of several people on the roster: lines {lines}; put it in by hand")
         if not submission.is_student(names[0]) or names[0] in self.notebooks.values():
             raise ValueError(f"is of {names[0]!r}, which cannot name a folder: see --match")
         (way,) = found.values()
