@@ -71,8 +71,7 @@ def run(options: argparse.Namespace) -> int:
     if not matched.owners:
         raise WrongUse(
             f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "
-            f"{matched.likely or 'name another with --match'}; there are "
-            f"{', '.join(filter(None, people.header))}."
+            f"{matched.likely or 'name another with --match'}; there are {people.columns}."
         )
     values = Values(
         match,

@@ -23,7 +23,7 @@ from robust_slam_autograder.reading.notebook import read_bytes, shown
 
 _SCORE = re.compile(r"[\w:,+-]{1,60}", re.ASCII)
 _LONGEST = 1000
-"""Characters of a student's line that are read."""
+"""Of a student's line or file that is read."""
 _SECONDS = 60
 _REPLAYED = (0, 1)
 """Exit codes of a command that has printed its line."""
@@ -58,12 +58,12 @@ def run(options: argparse.Namespace) -> int:
     table, refused, head = [], [], []
     for student, score in given:
         lines, error = _replayed(command, score)
-        who = [] if options.no_names else [shown(one_line(student))]
+        who = [] if options.no_names else [student]
         if error:
-            refused.append([*who, shown(one_line(score)), shown(one_line(error))])
+            refused.append([shown(one_line(text)) for text in (*who, score, error)])
         else:
             head, told = lines
-            table.append([*who, score, "", *told])
+            table.append([*map(shown, who), score, "", *told])
     first = 2 if options.no_names else 3
     table.sort(key=lambda row: [_sortable(cell) for cell in row[first:]])
     title = [*([] if options.no_names else ["student"]), "score", "refused", *head]
@@ -75,11 +75,8 @@ def run(options: argparse.Namespace) -> int:
 def _given(path: Path) -> list[tuple[str, str]]:
     """Return the students with their scores; a file that is a link or no plain one has none."""
     if path.is_dir():
-        return [
-            (each.stem, _text(each))
-            for each in sorted(path.iterdir())
-            if each.is_symlink() or not each.is_dir()
-        ]
+        files = (one for one in sorted(path.iterdir()) if one.is_symlink() or not one.is_dir())
+        return [(one.stem, _text(one)) for one in files]
     delimiter, text = roster.parted(roster.read_text(path))
     # Line by line, so that a quote that one student opens does not swallow the next ones.
     lines = [line[:_LONGEST] for line in io.StringIO(text, newline=None) if line.strip()]
@@ -90,7 +87,7 @@ def _given(path: Path) -> list[tuple[str, str]]:
 
 def _text(path: Path) -> str:
     try:
-        return read_bytes(path).decode("utf-8-sig", errors="replace").strip()
+        return read_bytes(path)[:_LONGEST].decode("utf-8-sig", errors="replace").strip()
     except Refused:
         return "(no plain file)"
 

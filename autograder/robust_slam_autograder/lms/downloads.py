@@ -114,8 +114,8 @@ def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
     if not (names or usual or number):
         raise WrongUse(
             f"{people.path}:1: no column has the names of Moodle's zip. There are "
-            f"{', '.join(filter(None, people.header))}; wanted are First name and Last name, or "
-            "Full name: add --name COLUMN … to say which they are here, in the zip's order."
+            f"{people.columns}; wanted are First name and Last name, or Full name: "
+            "say with --name COLUMN … which they are here, in the zip's order."
         )
     orders = [names] if names else [*usual, *(each[::-1] for each in usual)]
     columns = [[people.column(name, "--name") for name in each] for each in orders]
@@ -265,12 +265,9 @@ class Reader:
             except ValueError as error:
                 left[entry] = str(error)
         count = Counter(one.key for one in found)
-        for one in found:
-            if count[one.key] > 1:  # which one counts is not ours to say
-                left[one.entry] = (
-                    f"is one of several notebooks of {one.student} for {one.assignment}: "
-                    "leave one of them in the zip"
-                )
+        for one in (one for one in found if count[one.key] > 1):
+            several = f"is one of several notebooks of {one.student} for {one.assignment}"
+            left[one.entry] = f"{several}: leave one of them in the zip"
         return [one for one in found if one.entry not in left], left
 
     def _read(self, entry: str, at: datetime | None) -> Notebook:
@@ -288,7 +285,7 @@ class Reader:
         if len(names) > 1:
             pairs = zip(found, names, strict=True)
             lines = " and ".join(f"{row.line} ({name})" for row, name in pairs)
-            raise ValueError(f"may be of several people on the roster: lines {lines}; put it in by hand")
+            raise ValueError(f"may be of several people on the roster, lines {lines}")
         if not submission.is_student(names[0]) or names[0] in self.notebooks.values():
             raise ValueError(f"is of {names[0]!r}, which cannot name a folder: see --match")
         (way,) = found.values()

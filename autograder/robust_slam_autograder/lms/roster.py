@@ -49,14 +49,17 @@ class Roster:
         """Return where the column stands that an option names, spaces around its header aside.
 
         Raises:
-            WrongUse: there is none, or there are two.
+            WrongUse: there is none.
         """
         if name.strip() not in self.header:
-            there = ", ".join(filter(None, self.header))
-            raise WrongUse(
-                f"{self.path}:1: there is no column {name!r} for {option}; there are {there}."
-            )
+            why = f"{self.path}:1: there is no column {name!r} for {option}"
+            raise WrongUse(f"{why}; there are {self.columns}.")
         return self.header.index(name.strip())
+
+    @property
+    def columns(self) -> str:
+        """Return what its columns are called, for a message."""
+        return ", ".join(filter(None, self.header))
 
 
 def key(text: str) -> str:
@@ -173,14 +176,12 @@ class Matching:
     def likely(self) -> str:
         """Say which strangers are on the roster as a spreadsheet writes them; empty for none."""
         kept = {_number(name): name for name in self.students}
-        pairs = [
-            f"{one_line(name)} as {one_line(kept[_number(name)])}"
-            for name in self.strangers
-            if _number(name) in kept
-        ]
+        near = {name: kept[_number(name)] for name in self.strangers if _number(name) in kept}
+        pairs = ", ".join(f"{one_line(name)} as {one_line(on)}" for name, on in near.items())
         cause = "likely on the roster, where a spreadsheet took off zeros, or capitals differ"
-        fix = "Export it again, and do not save it from a spreadsheet"
-        return f"{cause}: {', '.join(pairs)}. {fix}" if pairs else ""
+        return (
+            pairs and f"{cause}: {pairs}. Export it again, and do not save it from a spreadsheet"
+        )
 
     def mark(self, row: Row, column: Column) -> Mark | None:
         """Return a line's mark in an assignment; None where there is none."""
