@@ -77,6 +77,8 @@ def _given(path: Path) -> list[tuple[str, str]]:
     if path.is_dir():
         files = (one for one in sorted(path.iterdir()) if one.is_symlink() or not one.is_dir())
         return [(one.stem, _text(one)) for one in files]
+    if path.is_symlink():
+        raise WrongUse(f"{path} is a link: name the file that it leads to.")
     delimiter, text = roster.parted(roster.read_text(path))
     # Line by line, so that a quote that one student opens does not swallow the next ones.
     lines = [line[:_LONGEST] for line in io.StringIO(text, newline=None) if line.strip()]

@@ -22,7 +22,6 @@ from robust_slam_autograder.lms.roster import Roster, Row
 from robust_slam_autograder.markup import Grade, as_cell
 
 POINTS = "Points Possible"
-_POINTS_CELL = f"    {POINTS}"
 _NOT_A_STUDENT = re.compile(r"\s*(Muted|Manual Posting.*)?\s*", re.IGNORECASE)
 _CANVAS_ID = re.compile(r"\s*\(\d+\)$")
 _MOODLE_KIND = re.compile(r"\s*\(([^()]*)\)$")
@@ -83,7 +82,7 @@ def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
     _refuse_other_points(roster, values)
     heads = [_head(roster, column, values) for column in values.columns]
     yield [*roster.header[:people], *heads]
-    yield [_POINTS_CELL, *[""] * (people - 1), *(str(c.max_score) for c in values.columns)]
+    yield [f"    {POINTS}", *[""] * (people - 1), *(str(c.max_score) for c in values.columns)]
     number = roster.header.index("ID")
     for row in canvas_students(roster):
         if not row.cells[number].strip().isdecimal():
@@ -92,11 +91,9 @@ def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
 
 
 def _refuse_other_points(roster: Roster, values: Values) -> None:
-    rows = [row for row in roster.rows if POINTS in row.cells[0]]
-    for row in rows:
-        for column in values.columns:
-            if column.name not in values.places:
-                continue
+    known = [column for column in values.columns if column.name in values.places]
+    for row in (row for row in roster.rows if POINTS in row.cells[0]):
+        for column in known:
             there = row.cells[values.places[column.name]].strip()
             if there and _number(there) != column.max_score:
                 raise WrongUse(

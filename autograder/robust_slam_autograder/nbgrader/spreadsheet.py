@@ -14,6 +14,7 @@ from typing import Any
 from nbgrader.api import Assignment, Gradebook, MissingEntry, Student
 from nbgrader.plugins import ExportPlugin
 
+from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.grading import durable
 from robust_slam_autograder.markup import as_csv
 
@@ -34,7 +35,10 @@ class SafeCsv(ExportPlugin):  # type: ignore[misc]
             for assignment in _chosen(gradebook.assignments, self.assignment, "name")
             for student in _chosen(gradebook.students, self.student, "id")
         )
-        durable.write(Path(self.to or "grades.csv"), as_csv([COLUMNS, *rows]))
+        try:
+            durable.write(Path(self.to or "grades.csv"), as_csv([COLUMNS, *rows]))
+        except GraderFailure as error:
+            raise SystemExit(str(error)) from error
 
 
 def _chosen(listed: list[Any], wanted: list[Any], key: str) -> Iterator[Any]:

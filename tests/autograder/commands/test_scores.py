@@ -74,7 +74,9 @@ def test_each_students_file_is_read_alone_and_shown_in_one_short_line(tmp_path, 
 def test_what_is_not_there_is_named_and_no_score_is_overwritten(tmp_path, autograder, game):
     given = tmp_path / "given.csv"
     given.write_text("ada,10:1\n")
+    (link := tmp_path / "link.csv").symlink_to(given)
     for what, said in (
+        ([link], "is a link"),
         ([tmp_path / "none"], "correct the path"),
         ([given, "--replay", "no-such-game"], "no command no-such-game"),
         ([given, "--replay", game, "--to", given], "name another file"),
