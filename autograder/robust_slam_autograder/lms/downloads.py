@@ -14,7 +14,7 @@ import re
 import stat
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
@@ -120,16 +120,14 @@ def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
     orders = [names] if names else [*usual, *(each[::-1] for each in usual)]
     columns = [[people.column(name, "--name") for name in each] for each in orders]
 
-    def keys(row: Row) -> Iterator[str]:
-        yield from (f"#{row.cells[n].rpartition(' ')[2]}" for n in number)
-        full = (_in_zip(" ".join(row.cells[n] for n in each)) for each in columns)
-        yield from filter(None, full)
-
-    return keys
+    return lambda row: [
+        *(f"#{row.cells[n].rpartition(' ')[2]}" for n in number),
+        *filter(None, (_in_zip(*(row.cells[n] for n in each)) for each in columns)),
+    ]
 
 
-def _in_zip(name: str) -> str:
-    plain = _DROPPED.sub("", name.replace("_", " ").replace(",", " "))
+def _in_zip(*names: str) -> str:
+    plain = _DROPPED.sub("", re.sub("[_,]", " ", " ".join(names)))
     return roster.key(" ".join(plain.split()))
 
 
@@ -189,8 +187,8 @@ class Archive:
                 return f"has a path that leads out of it, {log_line(one.filename)}"
             if stat.S_ISLNK(one.external_attr >> 16):
                 return f"holds a link, {log_line(one.filename)}"
-        sizes = (min(one.file_size, MAX_BYTES) for one in infos if _is_notebook(one.filename))
-        if sum(sizes) > MAX_TOTAL_BYTES:
+        notebooks = [one for one in infos if one.filename.lower().endswith(NOTEBOOK)]
+        if sum(min(one.file_size, MAX_BYTES) for one in notebooks) > MAX_TOTAL_BYTES:
             return f"is larger than {MAX_TOTAL_BYTES // 2**30} GiB when it is unpacked"
         return ""
 
@@ -232,10 +230,6 @@ def _name(info: zipfile.ZipInfo) -> str:
         return info.filename
 
 
-def _is_notebook(name: str) -> bool:
-    return name.lower().endswith(NOTEBOOK)
-
-
 @dataclass(frozen=True)
 class Reader:
     """Tells whose notebook a file is, and of which assignment.
@@ -271,7 +265,7 @@ class Reader:
         return [one for one in found if one.entry not in left], left
 
     def _read(self, entry: str, at: datetime | None) -> Notebook:
-        if not _is_notebook(entry):
+        if not entry.lower().endswith(NOTEBOOK):
             raise ValueError("is no notebook")
         if ".ipynb_checkpoints" in entry:
             raise ValueError("is a copy that Jupyter keeps for itself")
@@ -297,8 +291,8 @@ class Reader:
 
     def _assignment(self, file: str) -> str:
         stem = file[: -len(NOTEBOOK)]
-        said = next((name for name in (stem, _AGAIN.sub("", stem)) if name in self.notebooks), "")
-        name = self.notebooks.get(said, self.assignment)
+        again = self.notebooks.get(_AGAIN.sub("", stem), self.assignment)
+        name = self.notebooks.get(stem, again)
         if name is None:
             raise ValueError("does not say its assignment: add --assignment NAME")
         if self.assignment not in (None, name):
