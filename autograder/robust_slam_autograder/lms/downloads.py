@@ -10,6 +10,7 @@ what it drops from a name public/lib/classes/param.php.
 
 from __future__ import annotations
 
+import io
 import re
 import stat
 import zipfile
@@ -31,6 +32,8 @@ MAX_FILES = 20_000
 MAX_TOTAL_BYTES = 4 * 2**30
 """Of all notebooks of a zip when they are unpacked."""
 _SAYS_UTF8 = 0x800
+_HEADS = re.compile(rb"(PK(?:\x01\x02.{5}|\x03\x04.{3}))(.)", re.DOTALL)
+"""An entry in the index or before its file, up to the byte that says so."""
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 """What stands where a zip's maker had none."""
 _NOT_SENT = re.compile(
@@ -163,7 +166,7 @@ class Archive:
                 or notebooks that are far too large together.
         """
         try:
-            self._zip = zipfile.ZipFile(path)
+            self._zip = _opened(path)
             self.at = datetime.fromtimestamp(path.stat().st_mtime)
         except Exception as error:  # each damage has a type of its own
             raise WrongUse(
@@ -219,6 +222,14 @@ class Archive:
             return datetime(*said) if said > _NO_TIME else None
         except ValueError:
             return None
+
+
+def _opened(path: Path) -> zipfile.ZipFile:
+    try:
+        return zipfile.ZipFile(path)
+    except UnicodeDecodeError:  # a name says that it is UTF-8, and is not: let none say it
+        data = re.sub(_HEADS, lambda at: at[1] + bytes([at[2][0] & 0xF7]), path.read_bytes())
+        return zipfile.ZipFile(io.BytesIO(data))
 
 
 def _name(info: zipfile.ZipInfo) -> str:

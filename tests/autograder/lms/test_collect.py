@@ -206,6 +206,12 @@ def test_names_that_macos_writes_as_utf8_without_saying_so_are_read(tmp_path, co
     plain, mac = f"Zo== ONeill Jr{JANE[10:]}/{FILE}".encode(), "Zoë".encode()
     collect("moodle", {plain.decode(): ONE}, spoil=lambda data: data.replace(b"Zo==", mac))
     assert set(written(tmp_path)) == {f"zoe/{toy.NAME}/{FILE}"}
+    odd = dict.fromkeys([f"smithé_12345_1_{FILE}", f"Zoë_67_1_{FILE}"], ONE)
+    status, _, err = collect(
+        "canvas", odd, spoil=lambda data: data.replace("é".encode(), b"!\xff")
+    )
+    assert (status, err) == (0, "")
+    assert len(written(tmp_path)) == 3
 
 
 LEFT_OUT = {
