@@ -6,8 +6,11 @@ the power to do anything but be read.
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 import unicodedata
+from collections.abc import Iterable
 
 _KEPT = "\n\t"
 _ACTING = {"Zl", "Zp"}
@@ -17,6 +20,8 @@ _FORMULA = re.compile(r"""(^|[;\t\r\n])(?=[\s"]*[-=+@＝＋－＠]|[\t\r\n])""")
 
 Where a spreadsheet takes another mark than the comma, a cell begins behind that mark, too.
 """
+_GRADE = re.compile(r"-|-?\d+([.,]\d+)?")
+"""What begins as a formula does, and is a number or a sign alone."""
 _CI_COMMAND = re.compile(r"^::|##(?=\w*\[)")
 
 
@@ -84,6 +89,28 @@ def prose(text: str) -> str:
     return re.sub(r"([\\`*_{}\[\]<>()#!|~&@:$])", r"\\\1", one_line(text))
 
 
-def as_text(name: str | None) -> str | None:
+def as_text(name: str) -> str:
     """Return a name as text that no spreadsheet computes: with an apostrophe where it would."""
-    return name and _FORMULA.sub(r"\1'", name)
+    return _FORMULA.sub(r"\1'", name)
+
+
+class Grade(str):
+    """A cell that another system wrote as a grade: ``-`` and ``-3,5`` stay as they are."""
+
+
+def as_cell(text: str) -> str:
+    """Return what ``as_csv`` writes for a text."""
+    if isinstance(text, Grade) and _GRADE.fullmatch(text):
+        return text
+    return as_text(visible(text))
+
+
+def as_csv(rows: Iterable[Iterable[object]]) -> str:
+    """Return a table as CSV, in which no text is computed; numbers and times stay.
+
+    No other code of this package writes CSV, so that this cannot be forgotten.
+    """
+    file = io.StringIO(newline="")
+    safe = ([as_cell(one) if isinstance(one, str) else one for one in row] for row in rows)
+    csv.writer(file, lineterminator="\n").writerows(safe)
+    return file.getvalue()

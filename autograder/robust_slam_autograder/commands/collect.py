@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
 from robust_slam_autograder.lms import downloads, roster, systems
-from robust_slam_autograder.lms.downloads import Archive, LeftOut, Notebook
+from robust_slam_autograder.lms.downloads import Archive, Notebook
 from robust_slam_autograder.markup import log_line, one_line
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import timestamp
@@ -22,6 +23,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("zip", type=Path, metavar="ZIP", help="as the system hands it out")
     places.add(parser, *places.ROSTER, "--submitted")
+    parser.add_argument(
+        "--name",
+        nargs="+",
+        default=[],
+        metavar="COLUMN",
+        help="the roster's columns that make up the name in Moodle's zip, in its order",
+    )
     parser.add_argument(
         "--assignment",
         metavar="NAME",
@@ -44,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     people, students, match = places.roster(options)
     reader = downloads.Reader(
         system.sent,
-        downloads.owners(system.keys, people, students),
+        downloads.owners(system.keys(people, options.name), students),
         match,
         stems | {name: name for name in names},
         options.assignment,
@@ -59,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
             _put(one, archive, options)
             taken.append(one)
         except ValueError as error:
-            left.append(LeftOut(one.entry, str(error)))
+            left[one.entry] = str(error)
     listed = {roster.key(row.cells[match]) for row in students} - {""}
     _tell(taken, left, listed, options)
     return 1 if left else 0
@@ -86,15 +94,15 @@ def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
         raise ValueError(f"differs from what {where} holds already: add --replace")
     if others not in ([], [path.name]):
         raise ValueError(f"cannot replace {', '.join(map(log_line, others))} in {where}")
-    _write(path, data, one)
+    _write(path, data, one.at or archive.at)
 
 
-def _write(path: Path, data: bytes, one: Notebook) -> None:
+def _write(path: Path, data: bytes, time: datetime) -> None:
     part = durable.part_of(path)
     with durable.explained(path, part):
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(data)
-        at = one.at.timestamp()  # as unzip does: the zip's times are of this machine's clock
+        at = time.timestamp()  # as unzip does: the zip's times are of this machine's clock
         os.utime(part, (at, at))
         # It is about what was handed in before.
         (path.parent / timestamp.NAME).unlink(missing_ok=True)
@@ -103,17 +111,20 @@ def _write(path: Path, data: bytes, one: Notebook) -> None:
 
 def _tell(
     taken: Sequence[Notebook],
-    left: Sequence[LeftOut],
+    left: Mapping[str, str],
     listed: set[str],
     options: argparse.Namespace,
 ) -> None:
-    for one in left:
-        print(f"left out: {log_line(one.entry)} {one_line(one.why)}", file=sys.stderr)
+    for entry, why in left.items():
+        print(f"left out: {log_line(entry)} {one_line(why)}", file=sys.stderr)
     for name in dict.fromkeys(one.assignment for one in taken):
         mine = [one for one in taken if one.assignment == name]
         late = sorted(one.student for one in mine if one.late)
-        if late:
-            print(f"late, says the system: {len(late)} of {name} ({_listed(late)})")
+        undated = sorted(one.student for one in mine if one.at is None)
+        says = {"late, says the system": late, "no time in the zip, so its own counts": undated}
+        for said, who in says.items():
+            if who:
+                print(f"{said}: {len(who)} of {name} ({_listed(who)})")
         absent = sorted(listed - {one.student for one in mine})
         if absent:
             print(f"no notebook of {name}: {len(absent)} ({_listed(absent)})")

@@ -16,6 +16,7 @@ from robust_slam_autograder.lms.late import Rules
 from robust_slam_autograder.lms.marks import Ledger
 from robust_slam_autograder.lms.roster import Matching, Roster
 from robust_slam_autograder.lms.systems import System, Values
+from robust_slam_autograder.markup import as_csv
 from robust_slam_autograder.reports import exported
 
 _PRIVATE = 0o600
@@ -70,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
     if not matched.owners:
         raise WrongUse(
             f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "
-            f"name another with --match; there are {', '.join(filter(None, people.header))}."
+            f"{matched.likely or 'name another with --match'}; there are {people.columns}."
         )
     values = Values(
         match,
@@ -78,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
         _places(system, people, ledger, options),
         functools.partial(matched.cell, zero=options.missing_as_zero),
     )
-    durable.write(to, systems.as_csv(system.table(people, values)), mode=_PRIVATE)
+    durable.write(to, as_csv(system.table(people, values)), mode=_PRIVATE)
     _tell(rules, matched, values, options)
     print(
         f"{matched.marked()} of {len(students)} students have marks, matched by "

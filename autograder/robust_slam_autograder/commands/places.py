@@ -20,26 +20,22 @@ from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VA
 
 Gradebook = Path | str
 """SQLite's file, or a database's address."""
+
+
+def _folder(default: Path, text: str) -> dict[str, Any]:
+    return {"type": Path, "default": default, "metavar": "DIR", "help": text}
+
+
 _OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "names": {"nargs": "*", "metavar": "NAME", "help": "assignments; all where none"},
-    "--out": {
-        "type": Path,
-        "default": layout.GRADED,
-        "metavar": "DIR",
-        "help": "the results' folder",
-    },
-    "--submitted": {
-        "type": Path,
-        "default": layout.SUBMITTED,
-        "metavar": "DIR",
-        "help": "where the submissions are, DIR/<student>/<assignment>/",
-    },
-    "--misconceptions": {
-        "type": Path,
-        "default": layout.MISCONCEPTIONS,
-        "metavar": "DIR",
-        "help": "what autograder misconceptions has written, to name what was misunderstood",
-    },
+    "--out": _folder(layout.GRADED, "the results' folder"),
+    "--submitted": _folder(
+        layout.SUBMITTED, "where the submissions are, DIR/<student>/<assignment>/"
+    ),
+    "--misconceptions": _folder(
+        layout.MISCONCEPTIONS,
+        "what autograder misconceptions has written, to name what was misunderstood",
+    ),
     "--answers": {
         "type": Path,
         "metavar": "DIR",

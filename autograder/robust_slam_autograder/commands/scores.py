@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import os
 import re
 import shlex
@@ -14,13 +15,15 @@ from pathlib import Path
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
-from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import durable
-from robust_slam_autograder.lms.systems import as_csv
+from robust_slam_autograder.lms import roster
+from robust_slam_autograder.markup import as_csv, one_line
+from robust_slam_autograder.reading.notebook import read_bytes, shown
 
 _SCORE = re.compile(r"[\w:,+-]{1,60}", re.ASCII)
 _LONGEST = 1000
-"""Characters of a student's file that are read."""
+"""Of a student's line or file that is read."""
 _SECONDS = 60
 _REPLAYED = (0, 1)
 """Exit codes of a command that has printed its line."""
@@ -57,34 +60,38 @@ def run(options: argparse.Namespace) -> int:
         lines, error = _replayed(command, score)
         who = [] if options.no_names else [student]
         if error:
-            refused.append([*who, score, error])
+            refused.append([shown(one_line(text)) for text in (*who, score, error)])
         else:
             head, told = lines
-            table.append([*who, score, "", *told])
+            table.append([*map(shown, who), score, "", *told])
     first = 2 if options.no_names else 3
     table.sort(key=lambda row: [_sortable(cell) for cell in row[first:]])
     title = [*([] if options.no_names else ["student"]), "score", "refused", *head]
-    durable.write(options.to, as_csv(iter([title, *table, *refused])))
+    durable.write(options.to, as_csv([title, *table, *refused]))
     print(f"{len(table)} scores were replayed, and {len(refused)} refused: {options.to}")
     return 0
 
 
 def _given(path: Path) -> list[tuple[str, str]]:
-    """Return the students with their scores."""
+    """Return the students with their scores; a file that is a link or no plain one has none."""
     if path.is_dir():
-        files = sorted(each for each in path.iterdir() if each.is_file())
-        return [(each.stem, _text(each).strip()) for each in files]
-    if not path.is_file():
-        raise WrongUse(f"There is no file or folder {path}: correct the path.")
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        rows = [row for row in csv.reader(file) if row]
+        files = (one for one in sorted(path.iterdir()) if one.is_symlink() or not one.is_dir())
+        return [(one.stem, _text(one)) for one in files]
+    if path.is_symlink():
+        raise WrongUse(f"{path} is a link: name the file that it leads to.")
+    delimiter, text = roster.parted(roster.read_text(path))
+    # Line by line, so that a quote that one student opens does not swallow the next ones.
+    lines = [line[:_LONGEST] for line in io.StringIO(text, newline=None) if line.strip()]
+    rows = [next(csv.reader([line], delimiter=delimiter)) for line in lines]
     found = [(row[0], ",".join(row[1:]).strip()) for row in rows]
     return found[1:] if found and found[0][1].lower() == "score" else found
 
 
 def _text(path: Path) -> str:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return file.read(_LONGEST)
+    try:
+        return read_bytes(path)[:_LONGEST].decode("utf-8-sig", errors="replace").strip()
+    except Refused:
+        return "(no plain file)"
 
 
 def _command(text: str) -> list[str]:

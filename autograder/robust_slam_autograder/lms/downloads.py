@@ -4,15 +4,18 @@ A file is a student's where the roster has one line for the number or the name i
 name, and no other. What is doubtful is left out and told, because a notebook in the wrong folder
 is a mark for the wrong person.
 
-Source: Canvas, lib/content_zipper.rb; Moodle, mod/assign/locallib.php.
+Source: Canvas, lib/content_zipper.rb; Moodle, public/mod/assign/classes/downloader.php, and of
+what it drops from a name public/lib/classes/param.php.
 """
 
 from __future__ import annotations
 
+import io
 import re
 import stat
 import zipfile
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
@@ -27,11 +30,28 @@ from robust_slam_autograder.reading.notebook import MAX_BYTES
 NOTEBOOK = ".ipynb"
 MAX_FILES = 20_000
 MAX_TOTAL_BYTES = 4 * 2**30
-"""Of all files of a zip when they are unpacked."""
-_CANVAS = re.compile(r"_(LATE_)?(\d+)_\d+_(?=[^_])")
-_MOODLE = re.compile(r"(.+)_(\d+)_assignsubmission_file_/?([^/]+)")
+"""Of all notebooks of a zip when they are unpacked."""
+_SAYS_UTF8 = 0x800
+_HEADS = re.compile(rb"(PK(?:\x01\x02.{5}|\x03\x04.{3}))(.)", re.DOTALL)
+"""An entry in the index or before its file, up to the byte that says so."""
+_NO_TIME = (1980, 1, 1, 0, 0, 0)
+"""What stands where a zip's maker had none."""
+_NOT_SENT = re.compile(
+    r"(^|[/\\])(__MACOSX[/\\]|(\._[^/\\]*|\.DS_Store|Thumbs\.db|desktop\.ini)?$)"
+)
+"""Folders, and what macOS and Windows put beside files."""
+_CANVAS = re.compile(r"_(LATE_)?(\d+)_\d+_(?=.)")
+_MOODLE = re.compile(r"(?:^|/)([^/_]+)_(\d+)_assignsubmission_file(?:_?/(?:.*/)?|_)([^/]+)$")
+_DROPPED = re.compile(r"[\x00-\x1f\x7f-\x9f&<>\"`|':\\/]")
+"""What Moodle's ``PARAM_FILE`` takes out of a name."""
+_MOODLE_NAMES = (
+    *(("Full name",), ("First name", "Last name"), ("First name", "Surname")),
+    *(("Vollständiger Name",), ("Vorname", "Nachname")),
+)
 _AGAIN = re.compile(r"(-\d+| ?\(\d+\))$")
 """What Canvas and browsers add to a name that they have had before."""
+Keys = Callable[[Row], Iterable[str]]
+"""What may stand in the zip for a line of the roster."""
 
 
 @dataclass(frozen=True)
@@ -59,35 +79,62 @@ def canvas_sent(path: str) -> list[Sent]:
     ]
 
 
-def canvas_keys(people: Roster, row: Row) -> Iterator[str]:
-    """Yield the number that Canvas has for a student."""
-    if "ID" in people.header:
-        yield row.cells[people.header.index("ID")].strip()
+def canvas_keys(people: Roster, names: Sequence[str]) -> Keys:
+    """Return what reads the number that Canvas has for a student.
+
+    Raises:
+        WrongUse: columns of names are given, which Canvas's zip does not need.
+    """
+    if names:
+        raise WrongUse("--name is for Moodle: the files of Canvas's zip have the roster's ID.")
+    column = people.column("ID", "--format canvas")
+    return lambda row: [row.cells[column].strip()]
 
 
 def moodle_sent(path: str) -> list[Sent]:
-    """Read ``Jane Smith_12345_assignsubmission_file_/02-four-costs.ipynb``, with or without a bar.
+    """Read ``Jane Smith_12345_assignsubmission_file/02-four-costs.ipynb``, in whatever folder.
 
+    Before Moodle 4.1 the folder's name ended in a bar. There may be more folders in it, or, as
+    the teacher chose, none: then a bar is before the file's own name.
     The number is the participant's in this assignment; only Moodle's grading worksheet has it.
     """
-    found = _MOODLE.fullmatch(path)
-    return [] if found is None else [Sent((f"#{found[2]}", _one_space(found[1])), found[3])]
+    found = _MOODLE.search(path.replace("\\", "/"))
+    return [] if found is None else [Sent((f"#{found[2]}", _in_zip(found[1])), found[3])]
 
 
-def moodle_keys(people: Roster, row: Row) -> Iterator[str]:
-    """Yield a participant's number, and the full name."""
-    cells = dict(zip(people.header, row.cells, strict=True))
-    number = cells.get("Identifier", "").rpartition(" ")[2]
-    if number.isdecimal():
-        yield f"#{number}"
-    last = cells.get("Last name", cells.get("Surname", ""))
-    for name in (cells.get("Full name", ""), f"{cells.get('First name', '')} {last}"):
-        if _one_space(name):
-            yield _one_space(name)
+def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
+    """Return what reads a participant's number and the full name, as it is in the zip.
+
+    Args:
+        people: the roster.
+        names: its columns that make up the name, in order; the usual ones, both ways, where none.
+
+    Raises:
+        WrongUse: there is no such column.
+    """
+    usual = [each for each in _MOODLE_NAMES if set(each) <= set(people.header)]
+    number = [people.header.index("Identifier")] if "Identifier" in people.header else []
+    if not (names or usual or number):
+        raise WrongUse(
+            f"{people.path}:1: no column has the names of Moodle's zip. There are "
+            f"{people.columns}; wanted are First name and Last name, or Full name: "
+            "say with --name COLUMN … which they are here, in the zip's order."
+        )
+    orders = [names] if names else [*usual, *(each[::-1] for each in usual)]
+    columns = [[people.column(name, "--name") for name in each] for each in orders]
+
+    return lambda row: [
+        *(f"#{row.cells[n].rpartition(' ')[2]}" for n in number),
+        *filter(None, (_in_zip(*(row.cells[n] for n in each)) for each in columns)),
+    ]
 
 
-def _one_space(name: str) -> str:
-    return roster.key(" ".join(name.split()))
+def _in_zip(*names: str) -> str:
+    plain = _DROPPED.sub("", re.sub("[_,]", " ", " ".join(names)))
+    return roster.key(" ".join(plain.split()))
+
+
+CANVAS, MOODLE = (canvas_sent, canvas_keys), (moodle_sent, moodle_keys)
 
 
 @dataclass(frozen=True)
@@ -98,17 +145,14 @@ class Notebook:
     assignment: str
     entry: str
     """Its path within the zip."""
-    at: datetime
-    """The time that the zip gives it, which has no zone."""
+    at: datetime | None
+    """The time that the zip gives it, which has no zone; None where it gives none."""
     late: bool
 
-
-@dataclass(frozen=True)
-class LeftOut:
-    """A file that is not taken, with the reason."""
-
-    entry: str
-    why: str
+    @property
+    def key(self) -> tuple[str, str]:
+        """What only one notebook may have; some disks do not tell capitals apart."""
+        return self.student.casefold(), self.assignment
 
 
 class Archive:
@@ -118,17 +162,21 @@ class Archive:
         """Open it.
 
         Raises:
-            WrongUse: it is no zip, or none that a system hands out: with paths that lead out of
-                it, links, far too many files, or far too large when it is unpacked.
+            WrongUse: it is no zip, or has paths that lead out of it, links, far too many files,
+                or notebooks that are far too large together.
         """
-        self.path = path
         try:
-            self._zip = zipfile.ZipFile(path)
-        except OSError as error:
-            raise WrongUse(f"{path} cannot be read ({error.strerror}): name the zip.") from error
-        except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-            raise WrongUse(f"{path} is no zip ({error}): download it again.") from error
-        self.infos = {one.filename: one for one in self._zip.infolist() if not one.is_dir()}
+            self._zip = _opened(path)
+            self.at = datetime.fromtimestamp(path.stat().st_mtime)
+        except Exception as error:  # each damage has a type of its own
+            raise WrongUse(
+                f"{path} is no zip, or cannot be read ({getattr(error, 'strerror', error)}): "
+                "correct the path, or download it again."
+            ) from error
+        self.infos: dict[str, list[zipfile.ZipInfo]] = {}
+        for one in self._zip.infolist():
+            if not _NOT_SENT.search(name := _name(one)):
+                self.infos.setdefault(name, []).append(one)
         if problem := self._problem():
             raise WrongUse(f"{path} {problem}: no system hands out such a zip. Nothing was read.")
 
@@ -136,15 +184,14 @@ class Archive:
         infos = self._zip.infolist()
         if len(infos) > MAX_FILES:
             return f"holds more than {MAX_FILES} files"
-        if len({one.filename for one in infos}) < len(infos):
-            return "holds two files of one name"
         for one in infos:
             parts = re.split(r"[/\\]", one.filename)
-            if ".." in parts or not parts[0] or ":" in parts[0] or "\\" in one.filename:
+            if ".." in parts or not parts[0] or re.fullmatch("[A-Za-z]:", parts[0]):
                 return f"has a path that leads out of it, {log_line(one.filename)}"
             if stat.S_ISLNK(one.external_attr >> 16):
                 return f"holds a link, {log_line(one.filename)}"
-        if sum(one.file_size for one in infos) > MAX_TOTAL_BYTES:
+        notebooks = [one for one in infos if one.filename.lower().endswith(NOTEBOOK)]
+        if sum(min(one.file_size, MAX_BYTES) for one in notebooks) > MAX_TOTAL_BYTES:
             return f"is larger than {MAX_TOTAL_BYTES // 2**30} GiB when it is unpacked"
         return ""
 
@@ -152,16 +199,46 @@ class Archive:
         """Read a file, and never more of it than a notebook may have.
 
         Raises:
-            ValueError: it is larger, damaged, or locked with a password; the words say which.
+            ValueError: it is larger, damaged, locked with a password, or one of two of its name;
+                the words say which.
         """
+        info, *others = self.infos[entry]
+        if others:
+            raise ValueError("stands in the zip twice: leave one of them in it")
         try:
-            with self._zip.open(self.infos[entry]) as file:
+            with self._zip.open(info) as file:
                 data = file.read(MAX_BYTES + 1)
-        except (zipfile.BadZipFile, EOFError, RuntimeError, NotImplementedError) as error:
-            raise ValueError(f"cannot be read from the zip ({error})") from error
+        except Exception as error:  # each damage has a type of its own
+            why = str(error) or type(error).__name__
+            raise ValueError(f"cannot be read from the zip ({why})") from error
         if len(data) > MAX_BYTES:
             raise ValueError(f"is larger than {MAX_BYTES // 2**20} MiB")
         return data
+
+    def time(self, entry: str) -> datetime | None:
+        """Return when a file was written; None where the zip does not say."""
+        said = self.infos[entry][0].date_time
+        try:
+            return datetime(*said) if said > _NO_TIME else None
+        except ValueError:
+            return None
+
+
+def _opened(path: Path) -> zipfile.ZipFile:
+    try:
+        return zipfile.ZipFile(path)
+    except UnicodeDecodeError:  # a name says that it is UTF-8, and is not: let none say it
+        data = re.sub(_HEADS, lambda at: at[1] + bytes([at[2][0] & 0xF7]), path.read_bytes())
+        return zipfile.ZipFile(io.BytesIO(data))
+
+
+def _name(info: zipfile.ZipInfo) -> str:
+    """Return an entry's name, which macOS writes as UTF-8 without saying so."""
+    try:
+        said = info.flag_bits & _SAYS_UTF8
+        return info.filename if said else info.filename.encode("cp437").decode()
+    except UnicodeError:
+        return info.filename
 
 
 @dataclass(frozen=True)
@@ -183,53 +260,50 @@ class Reader:
     notebooks: Mapping[str, str]
     assignment: str | None = None
 
-    def read(self, archive: Archive) -> tuple[list[Notebook], list[LeftOut]]:
-        """Return the notebooks that are somebody's without a doubt, and what is left out."""
+    def read(self, archive: Archive) -> tuple[list[Notebook], dict[str, str]]:
+        """Return the notebooks that are somebody's without a doubt, and why each other is not."""
         found: list[Notebook] = []
-        left: list[LeftOut] = []
-        for entry, info in archive.infos.items():
+        left: dict[str, str] = {}
+        for entry in archive.infos:
             try:
-                found.append(self._read(entry, datetime(*info.date_time)))
+                found.append(self._read(entry, archive.time(entry)))
             except ValueError as error:
-                left.append(LeftOut(entry, str(error)))
-        return _once(found, left)
+                left[entry] = str(error)
+        count = Counter(one.key for one in found)
+        for one in (one for one in found if count[one.key] > 1):
+            several = f"is one of several notebooks of {one.student} for {one.assignment}"
+            left[one.entry] = f"{several}: leave one of them in the zip"
+        return [one for one in found if one.entry not in left], left
 
-    def _read(self, entry: str, at: datetime) -> Notebook:
+    def _read(self, entry: str, at: datetime | None) -> Notebook:
         if not entry.lower().endswith(NOTEBOOK):
             raise ValueError("is no notebook")
+        if ".ipynb_checkpoints" in entry:
+            raise ValueError("is a copy that Jupyter keeps for itself")
         ways = self.sent(entry)
         if not ways:
             raise ValueError("has not the name that this system gives to submissions")
-        students = [(way, self._student(way)) for way in ways]
-        known = [(way, student) for way, student in students if student]
-        if not known:
+        found = {row: way for way in reversed(ways) for row in self._rows(way)}
+        if not found:
             raise ValueError("is of no one on the roster")
-        if len({student for _, student in known}) > 1:
-            raise ValueError("may be of several people on the roster")
-        way, student = known[0]
-        if not submission.is_student(student) or student in self.notebooks.values():
-            raise ValueError(f"is of {student!r}, which cannot name a folder: see --match")
-        return Notebook(student, self._assignment(way.file), entry, at, way.late)
+        names = [roster.key(row.cells[self.match]) for row in found]
+        if len(names) > 1:
+            pairs = zip(found, names, strict=True)
+            lines = " and ".join(f"{row.line} ({name})" for row, name in pairs)
+            raise ValueError(f"may be of several people on the roster, lines {lines}")
+        if not submission.is_student(names[0]) or names[0] in self.notebooks.values():
+            raise ValueError(f"is of {names[0]!r}, which cannot name a folder: see --match")
+        (way,) = found.values()
+        return Notebook(names[0], self._assignment(way.file), entry, at, way.late)
 
-    def _student(self, way: Sent) -> str:
-        """Return whose line the first key has that the roster knows; empty where none does.
-
-        Raises:
-            ValueError: two lines have it.
-        """
-        for key in way.keys:
-            rows = self.owners.get(key, ())
-            if len(rows) > 1:
-                lines = " and ".join(str(row.line) for row in rows)
-                raise ValueError(f"may be of several people: lines {lines} of the roster")
-            if rows:
-                return roster.key(rows[0].cells[self.match])
-        return ""
+    def _rows(self, way: Sent) -> Sequence[Row]:
+        """Return the lines that have the first key which the roster knows."""
+        return next((self.owners[key] for key in way.keys if key in self.owners), ())
 
     def _assignment(self, file: str) -> str:
         stem = file[: -len(NOTEBOOK)]
-        said = next((name for name in (stem, _AGAIN.sub("", stem)) if name in self.notebooks), "")
-        name = self.notebooks.get(said, self.assignment)
+        again = self.notebooks.get(_AGAIN.sub("", stem), self.assignment)
+        name = self.notebooks.get(stem, again)
         if name is None:
             raise ValueError("does not say its assignment: add --assignment NAME")
         if self.assignment not in (None, name):
@@ -237,28 +311,10 @@ class Reader:
         return name
 
 
-def _once(
-    found: Sequence[Notebook], left: Sequence[LeftOut]
-) -> tuple[list[Notebook], list[LeftOut]]:
-    """Leave out all of several notebooks of one student: which one counts is not ours to say."""
-    groups: dict[tuple[str, str], list[Notebook]] = {}
-    for one in found:
-        groups.setdefault((one.student.casefold(), one.assignment), []).append(one)
-    doubled = [one for group in groups.values() if len(group) > 1 for one in group]
-    why = "is one of several notebooks of {} for {}: leave one of them in the zip"
-    kept = [one for one in found if one not in doubled]
-    return kept, [
-        *left,
-        *(LeftOut(one.entry, why.format(one.student, one.assignment)) for one in doubled),
-    ]
-
-
-def owners(
-    keys: Callable[[Roster, Row], Iterator[str]], people: Roster, students: Collection[Row]
-) -> dict[str, list[Row]]:
+def owners(keys: Keys, students: Iterable[Row]) -> dict[str, list[Row]]:
     """Return by what a file's name may hold the lines of the roster that have it."""
     found: dict[str, list[Row]] = {}
     for row in students:
-        for key in dict.fromkeys(keys(people, row)):
+        for key in dict.fromkeys(keys(row)):
             found.setdefault(key, []).append(row)
     return found

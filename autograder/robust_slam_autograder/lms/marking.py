@@ -92,11 +92,7 @@ def _questions(
 
 
 def _refuse_unknown(
-    path: Path,
-    where: str,
-    found: Mapping[str, Any],
-    known: Collection[str],
-    kind: str = "student",
+    path: Path, where: str, found: Mapping[str, Any], known: Collection[str], kind: str = "student"
 ) -> None:
     """Refuse lines about who is not known, and lines without words.
 

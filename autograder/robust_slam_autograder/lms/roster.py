@@ -9,6 +9,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import re
 import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,9 +17,14 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms.marks import Column, Ledger, Mark
+from robust_slam_autograder.markup import one_line
 
-DELIMITERS = (",", ";", "\t")
+_MARKS = (",", ";", "\t")
 """The systems write a comma, or a semicolon where the comma is in numbers."""
+_SEP = re.compile(r'"?sep=([,;\t|])"?[,;\t| ]*(\r\n|\r|\n)', re.IGNORECASE)
+"""Excel's own first line, which says the delimiter."""
+_REWRITTEN = re.compile(r"""^[='"]*0*|(\.0+)?"?$""")
+"""What spreadsheets take off a number, or add to it."""
 MAX_BYTES = 20 * 2**20
 
 
@@ -43,14 +49,17 @@ class Roster:
         """Return where the column stands that an option names, spaces around its header aside.
 
         Raises:
-            WrongUse: there is none, or there are two.
+            WrongUse: there is none.
         """
         if name.strip() not in self.header:
-            there = ", ".join(filter(None, self.header))
-            raise WrongUse(
-                f"{self.path}:1: there is no column {name!r} for {option}; there are {there}."
-            )
+            why = f"{self.path}:1: there is no column {name!r} for {option}"
+            raise WrongUse(f"{why}; there are {self.columns}.")
         return self.header.index(name.strip())
+
+    @property
+    def columns(self) -> str:
+        """Return what its columns are called, for a message."""
+        return ", ".join(filter(None, self.header))
 
 
 def key(text: str) -> str:
@@ -59,12 +68,12 @@ def key(text: str) -> str:
 
 
 def read(path: Path) -> Roster:
-    """Read a roster: UTF-8 with or without BOM, any line ends, one of three delimiters.
+    """Read a roster: UTF-8, or UTF-16 with its BOM, any line ends, one of three delimiters.
 
     Raises:
         WrongUse: names the file and the line where it cannot be read as a table.
     """
-    text = _text(path)
+    text = read_text(path)
     rows = [row for row in _rows(path, text) if any(map(str.strip, row.cells))]
     if len(rows) < 2:
         raise WrongUse(f"{path}:1: a header and students are wanted: export the gradebook again.")
@@ -81,30 +90,45 @@ def read(path: Path) -> Roster:
     return Roster(path, header, tuple(rows[1:]))
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Read a CSV file's text, without its BOM.
+
+    Raises:
+        WrongUse: it cannot be read, is too large, or is in another encoding.
+    """
     try:
         with open(path, "rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise WrongUse(f"{path} cannot be read ({error.strerror}): name the roster.") from error
+        raise WrongUse(f"{path} cannot be read ({error.strerror}): correct the path.") from error
     if len(data) > MAX_BYTES:
         raise WrongUse(f"{path} is larger than {MAX_BYTES // 2**20} MiB: it is no roster.")
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     data = data.removeprefix(codecs.BOM_UTF8)
     try:
-        return data.decode("utf-8")
+        text = data.decode("utf-16" if wide else "utf-8")
+        bad = text.find("\0")  # UTF-16 without its BOM, or no text
     except UnicodeDecodeError as error:
-        line = len((data[: error.start] + b"?").splitlines())
-        raise WrongUse(f"{path}:{line}: this is not UTF-8: save it as CSV UTF-8.") from error
+        bad = error.start
+    if bad >= 0:
+        line = len((data[:bad] + b"?").splitlines())
+        raise WrongUse(f"{path}:{line}: this is not UTF-8: save it as CSV UTF-8.")
+    return text
 
 
-def _delimiter(text: str) -> str:
-    """Return the mark that parts the header into most columns."""
-    first = text.lstrip().splitlines()[:1]
-    return max(DELIMITERS, key=lambda mark: len(next(csv.reader(first, delimiter=mark), [])))
+def parted(text: str) -> tuple[str, str]:
+    """Return the delimiter, and the text without the line that says it.
+
+    Where none does, it is the mark that parts the header into most columns.
+    """
+    if said := _SEP.match(text):
+        return said[1], "\n" + text[said.end() :]
+    first = [line[: csv.field_size_limit()] for line in text.lstrip().splitlines()[:1]]
+    return max(_MARKS, key=lambda mark: len(next(csv.reader(first, delimiter=mark), []))), text
 
 
 def _rows(path: Path, text: str) -> Iterator[Row]:
-    delimiter = _delimiter(text)
+    delimiter, text = parted(text)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     begins = 1
     try:
@@ -148,6 +172,17 @@ class Matching:
     doubled: Mapping[int, tuple[str, ...]]
     """By line students whose names are equal after Unicode normalisation: they have no mark."""
 
+    @property
+    def likely(self) -> str:
+        """Say which strangers are on the roster as a spreadsheet writes them; empty for none."""
+        kept = {_number(name): name for name in self.students}
+        near = {name: kept[_number(name)] for name in self.strangers if _number(name) in kept}
+        pairs = ", ".join(f"{one_line(name)} as {one_line(on)}" for name, on in near.items())
+        cause = "likely on the roster, where a spreadsheet took off zeros, or capitals differ"
+        return (
+            pairs and f"{cause}: {pairs}. Export it again, and do not save it from a spreadsheet"
+        )
+
     def mark(self, row: Row, column: Column) -> Mark | None:
         """Return a line's mark in an assignment; None where there is none."""
         return column.marks.get(self.owners.get(row.line, ""))
@@ -155,13 +190,15 @@ class Matching:
     def cell(self, row: Row, column: Column, *, zero: bool) -> str | None:
         """Return what a line says of an assignment: a mark, with ``zero`` 0, or None for nothing.
 
-        Whose mark is not known has no 0 either.
+        Whose mark is not known has no 0 either, and no one has one while there are strangers:
+        a stranger's work may be theirs.
         """
         mark = self.mark(row, column)
         if mark is not None:
             return str(mark.after)
         lost = (self.owners.get(row.line), column.name) in self.ledger.lost
-        return "0" if zero and not lost and row.line not in self.doubled else None
+        theirs = lost or self.strangers or row.line in self.doubled
+        return "0" if zero and not theirs else None
 
     def marked(self) -> int:
         """Return how many of the roster's students have a mark."""
@@ -187,3 +224,8 @@ def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
     owners = {line: same[0] for line, same in found.items() if len(same) == 1}
     doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
     return Matching(ledger, students, owners, tuple(strangers), doubled)
+
+
+def _number(name: str) -> str:
+    """Return what is left of an ID in a spreadsheet that takes it for a number, or a word."""
+    return _REWRITTEN.sub("", key(name).casefold())

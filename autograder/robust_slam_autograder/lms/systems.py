@@ -11,8 +11,6 @@ Source: Canvas, lib/gradebook_importer.rb; Moodle, grade/import/csv/classes/load
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,10 +19,9 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms import downloads
 from robust_slam_autograder.lms.marks import Column
 from robust_slam_autograder.lms.roster import Roster, Row
-from robust_slam_autograder.markup import as_text
+from robust_slam_autograder.markup import Grade, as_cell
 
 POINTS = "Points Possible"
-_POINTS_CELL = f"    {POINTS}"
 _NOT_A_STUDENT = re.compile(r"\s*(Muted|Manual Posting.*)?\s*", re.IGNORECASE)
 _CANVAS_ID = re.compile(r"\s*\(\d+\)$")
 _MOODLE_KIND = re.compile(r"\s*\(([^()]*)\)$")
@@ -33,8 +30,6 @@ _MOODLE_USER = (
     *("First name", "Last name", "Surname", "Full name"),
     *("Username", "ID number", "Email address"),
 )
-_PLAIN = re.compile(r"-|EX|N/A|-?\d+([.,]\d+)?|", re.IGNORECASE)
-"""A grade as the systems write one; a spreadsheet computes none of these."""
 
 
 @dataclass(frozen=True)
@@ -87,20 +82,18 @@ def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
     _refuse_other_points(roster, values)
     heads = [_head(roster, column, values) for column in values.columns]
     yield [*roster.header[:people], *heads]
-    yield [_POINTS_CELL, *[""] * (people - 1), *(str(c.max_score) for c in values.columns)]
+    yield [f"    {POINTS}", *[""] * (people - 1), *(str(c.max_score) for c in values.columns)]
     number = roster.header.index("ID")
     for row in canvas_students(roster):
         if not row.cells[number].strip().isdecimal():
             _refuse_guarded(roster, row, number, values.matched)
-        yield [*(as_text(cell) or "" for cell in row.cells[:people]), *_marks(row, values)]
+        yield [*row.cells[:people], *_marks(row, values)]
 
 
 def _refuse_other_points(roster: Roster, values: Values) -> None:
-    rows = [row for row in roster.rows if POINTS in row.cells[0]]
-    for row in rows:
-        for column in values.columns:
-            if column.name not in values.places:
-                continue
+    known = [column for column in values.columns if column.name in values.places]
+    for row in (row for row in roster.rows if POINTS in row.cells[0]):
+        for column in known:
             there = row.cells[values.places[column.name]].strip()
             if there and _number(there) != column.max_score:
                 raise WrongUse(
@@ -138,29 +131,28 @@ def moodle_table(roster: Roster, values: Values) -> Iterator[list[str]]:
     yield [roster.header[n] for n in people] + [_head(roster, c, values) for c in values.columns]
     for row in roster.rows:
         _refuse_guarded(roster, row, values.matched)
-        yield [*(as_text(row.cells[n]) or "" for n in people), *_marks(row, values)]
+        yield [*(row.cells[n] for n in people), *_marks(row, values)]
 
 
 def _head(roster: Roster, column: Column, values: Values) -> str:
     place = values.places.get(column.name)
-    return (as_text(column.name) or "") if place is None else roster.header[place]
+    return column.name if place is None else roster.header[place]
 
 
 def _marks(row: Row, values: Values) -> Iterator[str]:
     for column in values.columns:
         mark = values.cell(row, column)
         place = values.places.get(column.name)
-        kept = "" if place is None else row.cells[place].strip()
-        safe = kept if _PLAIN.fullmatch(kept) else as_text(kept) or ""
-        yield safe if mark is None else mark
+        yield Grade("" if place is None else row.cells[place].strip()) if mark is None else mark
 
 
 def _refuse_guarded(roster: Roster, row: Row, *columns: int) -> None:
     for column in columns:
-        if as_text(row.cells[column]) != row.cells[column]:
+        cell = row.cells[column]
+        if as_cell(cell) != cell:
             raise WrongUse(
-                f"{roster.path}:{row.line}: {roster.header[column]} {row.cells[column]!r} begins "
-                "as a formula; with the apostrophe that it would get no one is found by it."
+                f"{roster.path}:{row.line}: {roster.header[column]} {cell!r} begins as a formula, "
+                f"or holds what does not show; as {as_cell(cell)!r} no one is found by it."
             )
 
 
@@ -176,29 +168,15 @@ class System:
     table: Callable[[Roster, Values], Iterator[list[str]]]
     sent: Callable[[str], Sequence[downloads.Sent]]
     """The ways to read a path within the zip of submissions."""
-    keys: Callable[[Roster, Row], Iterator[str]]
-    """What may stand for a line of the roster in such a path."""
+    keys: Callable[[Roster, Sequence[str]], downloads.Keys]
+    """What may stand for a line of the roster in such a path, by the columns of names."""
 
 
+_CANVAS = (canvas_students, canvas_names, canvas_table, *downloads.CANVAS)
+_MOODLE = (lambda roster: roster.rows, moodle_names, moodle_table, *downloads.MOODLE)
 SYSTEMS = {
-    "canvas": System(
-        "Canvas",
-        "SIS Login ID",
-        canvas_students,
-        canvas_names,
-        canvas_table,
-        downloads.canvas_sent,
-        downloads.canvas_keys,
-    ),
-    "moodle": System(
-        "Moodle",
-        "Email address",
-        lambda roster: roster.rows,
-        moodle_names,
-        moodle_table,
-        downloads.moodle_sent,
-        downloads.moodle_keys,
-    ),
+    "canvas": System("Canvas", "SIS Login ID", *_CANVAS),
+    "moodle": System("Moodle", "Email address", *_MOODLE),
 }
 
 
@@ -217,10 +195,3 @@ def find(system: System, roster: Roster, column: Column) -> int | None:
             f"say which with --column {column.name}=HEADER."
         )
     return found[0] if found else None
-
-
-def as_csv(rows: Iterator[list[str]]) -> str:
-    """Return the file's text."""
-    file = io.StringIO(newline="")
-    csv.writer(file, lineterminator="\n").writerows(rows)
-    return file.getvalue()

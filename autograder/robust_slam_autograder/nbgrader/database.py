@@ -170,9 +170,11 @@ def explained(location: Location, doing: str = "written") -> Iterator[None]:
 
 def _why(error: Exception, url: URL) -> str:
     said = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
-    why = str(said).split("\n")[0].rstrip(".")
+    why = re.sub(r"^\(\S+\) ", "", str(said).split("\n")[0]).rstrip(".")
     for secret in _secrets(url):
         why = why.replace(secret, "***")
+    if "disk is full" in why:
+        return f"{why}: make room, and give the same command again; it goes on from here."
     if url.get_backend_name() == "sqlite":
         return f"{why}: {_anew(file_of(url))}" if _SPOILT.search(why) else f"{why}."
     if f'database "{url.database}"' in why:

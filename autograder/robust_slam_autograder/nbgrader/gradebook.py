@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime
@@ -32,6 +33,8 @@ from robust_slam_autograder.reading.assignment import Assignment
 
 TOGETHER = 50
 """Submissions that one transaction takes: others wait for its end."""
+_LOG = logging.getLogger("tornado.application")
+"""Where nbgrader writes tracebacks, with names, of what ``database.explained`` says."""
 NO_ANSWER = "No response."
 """nbgrader's own words for a free-text cell that was left as it was."""
 
@@ -107,11 +110,14 @@ def opened(location: Location) -> Iterator[Gradebook]:
     """
     with database.explained(location), warnings.catch_warnings():
         warnings.simplefilter("ignore", SAWarning)  # nbgrader's own
+        _LOG.disabled = True
         try:
             with Gradebook(database.url_of(location)) as gradebook:
                 yield gradebook
         except InvalidEntry as error:  # an error of the database's that nbgrader has renamed
             raise SQLAlchemyError(*error.args) from None
+        finally:
+            _LOG.disabled = False
 
 
 @contextlib.contextmanager

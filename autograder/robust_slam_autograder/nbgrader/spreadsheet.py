@@ -7,7 +7,6 @@ opened (OWASP, *CSV injection*).
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,9 @@ from typing import Any
 from nbgrader.api import Assignment, Gradebook, MissingEntry, Student
 from nbgrader.plugins import ExportPlugin
 
-from robust_slam_autograder.markup import as_text
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.grading import durable
+from robust_slam_autograder.markup import as_csv
 
 COLUMNS = (
     *("assignment", "duedate", "timestamp", "student_id", "last_name", "first_name", "email"),
@@ -29,12 +30,15 @@ class SafeCsv(ExportPlugin):  # type: ignore[misc]
 
     def export(self, gradebook: Gradebook) -> None:
         """Write a row for each assignment and student."""
-        with Path(self.to or "grades.csv").open("w", newline="", encoding="utf-8") as file:
-            rows = csv.writer(file, lineterminator="\n")
-            rows.writerow(COLUMNS)
-            for assignment in _chosen(gradebook.assignments, self.assignment, "name"):
-                for student in _chosen(gradebook.students, self.student, "id"):
-                    rows.writerow(_row(gradebook, assignment, student))
+        rows = (
+            _row(gradebook, assignment, student)
+            for assignment in _chosen(gradebook.assignments, self.assignment, "name")
+            for student in _chosen(gradebook.students, self.student, "id")
+        )
+        try:
+            durable.write(Path(self.to or "grades.csv"), as_csv([COLUMNS, *rows]))
+        except GraderFailure as error:
+            raise SystemExit(str(error)) from error
 
 
 def _chosen(listed: list[Any], wanted: list[Any], key: str) -> Iterator[Any]:
@@ -50,4 +54,4 @@ def _row(gradebook: Gradebook, assignment: Assignment, student: Student) -> list
         when, raw, penalty = None, 0.0, 0.0
     names = (student.id, student.last_name, student.first_name, student.email)
     marks = (raw, penalty, max(0.0, raw - (penalty or 0.0)), assignment.max_score)
-    return [as_text(assignment.name), assignment.duedate, when, *map(as_text, names), *marks]
+    return [assignment.name, assignment.duedate, when, *names, *marks]

@@ -53,6 +53,8 @@ def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[
     ledger = matching.ledger
     if matching.strangers:
         yield f"not on the roster, and not in the file: {_listed(matching.strangers)}"
+    if matching.likely:
+        yield matching.likely
     for same in matching.doubled.values():
         # ascii(): as text they look alike.
         both = " and ".join(map(ascii, same))
@@ -66,6 +68,8 @@ def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[
         lost |= {roster.key(same[0]) for same in matching.doubled.values()}
         absent = [name for name in matching.missing(column) if name not in lost]
         what = "0" if zero else "left as the roster has it"
+        if zero and matching.strangers:
+            what = "no 0 either, for those who are not on the roster may be among them"
         if absent:
             yield f"no submission of {column.name}, {what}: {_listed(absent)}"
         waiting = sorted(student for student, mark in column.marks.items() if mark.waits)

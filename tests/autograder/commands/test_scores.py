@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -52,10 +53,30 @@ def test_the_best_come_first_and_what_is_refused_last(tmp_path, autograder, game
         assert refused == {("9:25; rm", "no score"), ("bad", "bad is bad")}
 
 
+def test_each_students_file_is_read_alone_and_shown_in_one_short_line(tmp_path, autograder, game):
+    (given := tmp_path / "given").mkdir()
+    (given / "mal.txt").symlink_to(__file__)
+    os.mkfifo(given / "pipe.txt")
+    (given / "=cmd().txt").write_text("9:5")
+    (given / "long.txt").write_text("\x1b[2J" + "9" * 10**6)
+    lines = [*"12", '"open', "eve,9:5", f"{'e' * 10**6},9:5", "\x1b,bad", "\ufeff@x;9:5"]
+    (tmp_path / "lines.csv").write_text("sep=,\n" + "\n".join(lines), encoding="utf-8")
+    for path, first in ((given, "'=cmd()"), (tmp_path / "lines.csv", "eve")):
+        to = tmp_path / "table.csv"
+        assert autograder("scores", path, "--replay", game, "--to", to)[0] == 0
+        text = to.read_text()
+        rows = list(csv.reader(text.splitlines()))
+        assert [row[0] for row in rows[1:] if not row[2]] == [first]
+        assert max(len(row) for row in text.splitlines()) < 250
+        assert "\x1b" not in text and "import csv" not in text
+
+
 def test_what_is_not_there_is_named_and_no_score_is_overwritten(tmp_path, autograder, game):
     given = tmp_path / "given.csv"
     given.write_text("ada,10:1\n")
+    (link := tmp_path / "link.csv").symlink_to(given)
     for what, said in (
+        ([link], "is a link"),
         ([tmp_path / "none"], "correct the path"),
         ([given, "--replay", "no-such-game"], "no command no-such-game"),
         ([given, "--replay", game, "--to", given], "name another file"),

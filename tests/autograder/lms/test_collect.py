@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import stat
+import struct
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -45,8 +47,15 @@ def collect(tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.chdir(tmp_path)
     toy.make_tree(tmp_path)
 
-    def command(system: str, files: dict[str, str], *arguments: object, **roster: str):
+    def command(
+        system: str,
+        files: dict[str, str],
+        *arguments: object,
+        spoil: Callable[[bytes], bytes] = bytes,
+        **roster: str,
+    ):
         made = zipped(tmp_path / "all.zip", **files)
+        made.write_bytes(spoil(made.read_bytes()))
         usual = CANVAS if system == "canvas" else MOODLE
         (tmp_path / "roster.csv").write_text(roster.get("roster", usual), encoding="utf-8")
         where = ("--format", system, "--roster", "roster.csv", "--submitted", "in")
@@ -85,7 +94,9 @@ def test_what_moodle_hands_out_becomes_a_classs_folders(tmp_path, collect):
         f"Al Twin_903_assignsubmission_file_/{FILE}": ONE,
     }
     status, _, err = collect("moodle", files)
-    assert status == 1 and "may be of several people: lines 4 and 5 of the roster" in err
+    assert (
+        status == 1 and "may be of several people on the roster, lines 4 (al1) and 5 (al2)" in err
+    )
     assert written(tmp_path) == {
         f"jane@example.edu/{toy.NAME}/{FILE}": ONE,
         f"zoe/{toy.NAME}/{FILE}": OTHER,
@@ -95,6 +106,112 @@ def test_what_moodle_hands_out_becomes_a_classs_folders(tmp_path, collect):
     roster = "\n".join([f"Identifier,{head}", *numbered])
     assert collect("moodle", files, roster=roster)[0] == 0
     assert f"al1/{toy.NAME}/{FILE}" in written(tmp_path)
+
+
+JANE = "Jane Smith_901_assignsubmission_file"
+TWINS = "First name,Last name,Email address\nAna,O'Dell,ana\nAna,ODell,other\nBo,_Ü,bo\n"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(f"{JANE}/{FILE}", f"{JANE}_/{FILE}", f"{JANE}_{FILE}", f"{JANE}_/a/b/{FILE}"),
+        *(f"all/all/{JANE}/a/{FILE}", f"all\\{JANE}\\{FILE}", f"all/{JANE}_{FILE}"),
+        *(f"Smith Jane{JANE[10:]}/{FILE}", f"Smith, Jane{JANE[10:]}_{FILE}"),
+        f"{JANE}/Al Twin{JANE[10:]}/{FILE}",
+    ],
+)
+def test_every_way_that_moodle_and_those_who_pack_it_anew_name_a_file(tmp_path, collect, name):
+    beside = (f"__MACOSX/all/._{FILE}", f"._{FILE}", ".DS_Store", "all/desktop.ini", "all/")
+    roster = f"sep=;\n{MOODLE.replace(',', ';')}"
+    status, _, err = collect("moodle", dict.fromkeys([name, *beside], ONE), roster=roster)
+    assert (status, err) == (0, "")
+    assert set(written(tmp_path)) == {f"jane@example.edu/{toy.NAME}/{FILE}"}
+
+
+def test_names_are_compared_as_moodle_cleans_them_and_equal_ones_are_nobodys(tmp_path, collect):
+    files = [f"{name}_9_assignsubmission_file/{FILE}" for name in ("Ana ODell", "Bo Ü")]
+    status, _, err = collect("moodle", dict.fromkeys(files, ONE), roster=TWINS)
+    assert status == 1 and "lines 2 (ana) and 3 (other)" in err
+    assert set(written(tmp_path)) == {f"bo/{toy.NAME}/{FILE}"}
+
+
+def test_a_roster_in_another_language_is_read_by_the_columns_that_are_named(tmp_path, collect):
+    dutch = MOODLE.replace("First name,Last name", "Voornaam,Achternaam")
+    files = {f"{JANE}/{FILE}": ONE}
+    status, out, err = collect("moodle", files, roster=dutch)
+    assert (status, out) == (2, "") and "There are Voornaam, Achternaam, Email" in err
+    assert "wanted are First name and Last name" in err and written(tmp_path) == {}
+    assert collect("moodle", files, "--name", "Voornaam", "Achternaam", roster=dutch)[0] == 0
+    assert collect("moodle", files, "--name", "Naam", roster=dutch)[0] == 2
+    german = MOODLE.replace("First name,Last name", "Vorname,Nachname")
+    assert collect("moodle", files, roster=german)[0] == 0
+    assert "--name is for Moodle" in collect("canvas", files, "--name", "Student")[2]
+
+
+DAMAGE = {
+    "stream": (0, 30 + len(f"smithjohn_12345_678_{FILE}"), b"\xff" * 9),
+    "local header": (0, 0, b"KP"),
+    "CRC": (1, 16, b"1234"),
+    "method": (1, 10, b"\x63"),
+    "bzip2": (1, 10, b"\x0c"),
+    "lzma": (1, 10, b"\x0e"),
+    "password": (1, 8, b"\1"),
+    "place": (1, 42, b"\xff\xff\xff\x7f"),
+}
+"""Whether it is in the index, where it begins there, and the bytes that stand there."""
+
+
+@pytest.mark.parametrize(("index", "place", "new"), DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_file_costs_its_own_student_alone(tmp_path, collect, index, place, new):
+    bad, good = f"smithjohn_12345_678_{FILE}", f"twinal_8_3_{FILE}"
+
+    def damage(data: bytes) -> bytes:
+        at = place + (data.index(b"PK\1\2") if index else 0)
+        return data[:at] + new + data[at + len(new) :]
+
+    status, _, err = collect("canvas", {bad: ONE, good: ONE}, spoil=damage)
+    assert status == 1 and err.startswith(f"left out: {bad} cannot be read from the zip (")
+    assert set(written(tmp_path)) == {f"al/{toy.NAME}/{FILE}"}
+
+
+def test_odd_names_are_taken_and_of_two_files_of_one_name_neither(tmp_path, collect):
+    odd = [f"smithjohn_12345_678_a:b\\{FILE}", f"all\\lovelaceada_67_1__{FILE}"]
+    twice = [f"twinal_8_3_{FILE}", f"twinal_8_3_{FILE}".upper()]
+    status, _, err = collect(
+        "canvas",
+        dict.fromkeys([*odd, *twice], ONE),
+        *("--assignment", toy.NAME),
+        spoil=lambda data: data.replace(twice[1].encode(), twice[0].encode()),
+    )
+    assert status == 1 and "stands in the zip twice" in err and len(err.splitlines()) == 1
+    assert {path.split("/")[0] for path in written(tmp_path)} == {"jsmith", "ada@example.edu"}
+
+
+@pytest.mark.parametrize("stamp", [bytes(4), b"\0\0\x21\0", b"\xff" * 4])
+def test_a_file_without_a_time_has_the_zips(tmp_path, collect, stamp):
+    time = struct.pack("<HH", 12 << 11 | 30 << 5 | 1, 46 << 9 | 10 << 5 | 20)
+    status, out, _ = collect(
+        "canvas",
+        {f"smithjohn_12345_678_{FILE}": ONE},
+        spoil=lambda data: data.replace(time, stamp),
+    )
+    assert status == 0 and f"no time in the zip, so its own counts: 1 of {toy.NAME} (jsm" in out
+    (path,) = (tmp_path / "in").rglob("*.ipynb")
+    now = (tmp_path / "all.zip").stat().st_mtime
+    assert path.stat().st_mtime == pytest.approx(now, abs=1)
+
+
+def test_names_that_macos_writes_as_utf8_without_saying_so_are_read(tmp_path, collect):
+    plain, mac = f"Zo== ONeill Jr{JANE[10:]}/{FILE}".encode(), "Zoë".encode()
+    collect("moodle", {plain.decode(): ONE}, spoil=lambda data: data.replace(b"Zo==", mac))
+    assert set(written(tmp_path)) == {f"zoe/{toy.NAME}/{FILE}"}
+    odd = dict.fromkeys([f"smithé_12345_1_{FILE}", f"Zoë_67_1_{FILE}"], ONE)
+    status, _, err = collect(
+        "canvas", odd, spoil=lambda data: data.replace("é".encode(), b"!\xff")
+    )
+    assert (status, err) == (0, "")
+    assert len(written(tmp_path)) == 3
 
 
 LEFT_OUT = {
@@ -160,7 +277,7 @@ def test_links_bombs_and_what_is_no_zip_are_refused(tmp_path, collect, autograde
     monkeypatch.setattr(downloads, "MAX_BYTES", 1000)
     status, _, err = collect("canvas", {good: "0" * 10**6})
     assert status == 1 and f"{good} is larger than" in err
-    monkeypatch.setattr(downloads, "MAX_TOTAL_BYTES", 10**6 - 1)
+    monkeypatch.setattr(downloads, "MAX_TOTAL_BYTES", 999)
     assert "when it is unpacked" in collect("canvas", {good: "0" * 10**6})[2]
     link = zipfile.ZipInfo(good)
     link.external_attr = (stat.S_IFLNK | 0o777) << 16

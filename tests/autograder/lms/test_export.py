@@ -132,6 +132,8 @@ def test_moodle_gets_who_and_the_grade(course, export, head):
 
 ELSE = CANVAS.replace("The toy (881)", "Else (881)")
 """A roster whose columns have other names than the assignment."""
+ADA = CANVAS.replace(",ada,", ",00Ada,")
+"""An ID as no folder has it."""
 
 
 @pytest.mark.parametrize(
@@ -140,10 +142,10 @@ ELSE = CANVAS.replace("The toy (881)", "Else (881)")
         (CANVAS.replace("\n", "\r\n"), [], 0, "as the roster has it: 1 (gone)", ["15", "4", "7"]),
         (CANVAS, ["--missing-as-zero"], 0, "07-toy, 0: 1 (gone)", ["15", "4", "0"]),
         (CANVAS.replace(",ada,", ",Ada,"), [], 1, "not in the file: 1 (ada)", ["", "4", "7"]),
+        (ADA, ["--missing-as-zero"], 1, "capitals differ: ada as 00Ada", ["", "4", "7"]),
         (ELSE, [], 0, "new columns, because the roster has none", ["15", "4", ""]),
         (ELSE, ["--column", "07-toy=Else (881)"], 0, "", ["15", "4", "7"]),
     ],
-    ids=["line ends", "missing as zero", "not on the roster", "new there", "named column"],
 )
 def test_each_student_has_the_mark_that_there_is(
     course, export, roster, arguments, status, said, marks
@@ -305,6 +307,12 @@ def test_wrong_use_writes_nothing(course, export, arguments, words):
     assert status == 2 and words in err and out == ""
     assert not (course / "marks.csv").exists()
     assert (course / "roster.csv").read_text(encoding="utf-8") == CANVAS
+
+
+def test_where_a_spreadsheet_has_spoilt_all_names_the_message_says_so(export):
+    spoilt = CANVAS.replace(",s1,", ',"=""00Ada""",')
+    status, _, err = export("canvas", spoilt, "--match", "SIS User ID")
+    assert status == 2 and 'capitals differ: ada as ="00Ada"' in err
 
 
 def test_a_gradebook_that_lags_behind_the_results_is_refused(course, export):

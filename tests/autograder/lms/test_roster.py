@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from pathlib import Path
 
@@ -30,8 +31,12 @@ def written(folder: Path, text: str | bytes) -> Path:
         PLAIN.rstrip("\n"),
         '"Name" , "Mail" \nÅsa,asa\nBob,bob\n'.replace(" ", ""),
         PLAIN.replace("Bob", "\n,\nBob"),
+        PLAIN.encode("utf-16"),
+        codecs.BOM_UTF16_BE + PLAIN.encode("utf-16-be"),
+        "\ufeffsep=,\r\n" + PLAIN,
+        '"sep=;"\n' + PLAIN.replace(",", ";"),
+        "SEP=|\n" + PLAIN.replace(",", "|"),
     ],
-    ids=["plain", "BOM", "CRLF", "CR", "semicolon", "tab", "no end", "quoted", "empty lines"],
 )
 def test_every_way_of_writing_it_is_one_table(tmp_path, text):
     read = roster.read(written(tmp_path, text))
@@ -55,7 +60,9 @@ def test_a_line_is_where_it_begins(tmp_path):
         ('Name,Mail\na,b\n"a,b\n', 3, "this is not CSV"),
         ('Name,Mail\n"a"b,c\n', 2, "this is not CSV"),
         (b"Name,Mail\na,b\n\xc5sa,c\n", 3, "this is not UTF-8"),
-        ("Name,Mail\na,b\n".encode("utf-16"), 1, "this is not UTF-8"),
+        ("Name,Mail\na,b\n".encode("utf-16-le"), 1, "this is not UTF-8"),
+        ("sep=;\nName;Mail\na;b\na\n", 4, "1 cells under 2 columns"),
+        (f"Name,{'M' * 10**6}\na,b\n", 1, "this is not CSV"),
     ],
 )
 def test_what_is_no_table_is_named_with_its_line(tmp_path, text, line, words):

@@ -17,6 +17,7 @@ from robust_slam_autograder.nbgrader.database import url_of
 from robust_slam_autograder.reading import answers
 
 from tests.autograder import toy
+from tests.autograder.grading.disks import full_disk
 from tests.autograder.nbgrader import course
 from tests.autograder.nbgrader.course import FULL, marked, with_text
 from tests.autograder.reports import samples
@@ -133,6 +134,12 @@ def test_a_file_that_is_no_gradebook_is_named(tmp_path):
     database.write_text('{"no": "gradebook"}' * 100)
     with pytest.raises(GraderFailure, match=r"is not a database: .* \(mv \S+ \S+\.spoilt\)"):
         gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
+
+
+def test_a_full_disk_is_one_sentence_without_names(database, caplog):
+    with full_disk(20480), pytest.raises(GraderFailure, match="cannot be writ"):
+        gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
+    assert not caplog.records
 
 
 def test_a_table_that_is_lost_is_noticed(database):

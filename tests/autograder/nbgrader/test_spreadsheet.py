@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 from nbgrader.plugins import CsvExportPlugin
-from robust_slam_autograder.markup import as_text
+from robust_slam_autograder.markup import Grade, as_csv, as_text
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.spreadsheet import SafeCsv
 from sqlalchemy.exc import SAWarning
@@ -68,7 +68,9 @@ def test_every_name_is_one_cell_of_text(gradebook, tmp_path):
 def test_what_begins_as_a_formula_gets_an_apostrophe(mark):
     assert as_text(f"{mark}1") == f"'{mark}1"
     assert as_text(f"1{mark}") == f"1{mark}"
-    assert as_text("") == "" and as_text(None) is None
+    assert as_csv([[f"{mark}1", None, -1.5, Grade("-3,5"), Grade(f"{mark}x")]]).count("'") == (
+        2 if mark != "\r" else 0
+    ), "a control character is written as its code"
 
 
 @pytest.mark.parametrize(
