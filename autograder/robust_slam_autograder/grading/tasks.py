@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import sys
@@ -147,6 +148,8 @@ def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
 
 
 def _located(job: Job) -> tuple[Path, tuple[str, ...]]:
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        job.path.lstat()  # says why it cannot be looked at, as is_dir does before Python 3.14
     if job.path.is_symlink():
         raise Refused(f"{notebook.shown(job.path.name)} is a link: hand in the notebook itself.")
     if not job.path.is_dir():

@@ -41,11 +41,11 @@ def to_gtsam(
         ImportError: gtsam is not installed.
         ValueError: ``poses`` do not fit the graph.
     """
+    checked = check_poses("poses", poses, graph)
     try:
         import gtsam
     except ImportError:
         raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
-    checked = check_poses("poses", poses, graph)
     plane = graph.group.DIMENSION == 2
     between = gtsam.BetweenFactorPose2 if plane else gtsam.BetweenFactorPose3
     prior = gtsam.PriorFactorPose2 if plane else gtsam.PriorFactorPose3
