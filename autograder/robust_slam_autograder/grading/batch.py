@@ -1,4 +1,4 @@
-"""Grades a batch: one trusted process for each pass, one result file each, one seed for all.
+"""Grades a batch: one trusted process for each pass, one result file each, one secret for all.
 
 A batch that was stopped goes on where it stood: a submission whose text, tests
 and seed have not changed keeps its result.
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
-from robust_slam_autograder.executor import guarded, trusted
+from robust_slam_autograder.executor import guarded, seeds, trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import marking, results
@@ -45,6 +45,7 @@ class Terms:
     """What is the same for every submission of a batch."""
 
     seed: int
+    """The batch's secret: with a notebook's bytes it gives the seed of the hidden pass."""
     wall: Sandbox
     """Where student code runs."""
     preload: tuple[str, ...]
@@ -278,7 +279,8 @@ def grade_task(
         if task.seen is None:
             marked = marking.look(whose, sandbox=wall, run=run)
         else:
-            marked = marking.finish(whose, task.seen, seed=seed, sandbox=wall, run=run)
+            own = seeds.of_submission(seed, handed.data)
+            marked = marking.finish(whose, task.seen, seed=own, sandbox=wall, run=run)
         result = replace(marked.result, texts=answers.texts(job.assignment, cells))
         return replace(marked, result=result)
     except Refused as error:

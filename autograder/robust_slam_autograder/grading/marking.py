@@ -101,7 +101,7 @@ def finish(
     Args:
         whose: the submission.
         before: from ``look``; a case that it does not have is judged by this pass alone.
-        seed: the batch's secret seed; hidden inputs follow from it and the case's grade id.
+        seed: of this submission, and secret; hidden inputs follow from it and the case's grade id.
         sandbox: where student code runs.
         run: what runs the test cells.
 

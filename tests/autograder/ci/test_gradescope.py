@@ -19,9 +19,8 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci import gradescope
 from robust_slam_autograder.ci.gradescope import as_gradescope
-from robust_slam_autograder.grading import journal
+from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
-from robust_slam_autograder.grading.tasks import Handed
 from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
 from tests import as_user
@@ -191,8 +190,8 @@ def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     (told,) = [test for test in value["tests"] if test["name"] == "double: what it looks like"]
     assert told["output"] == "It looks as if what comes back is twice what it should be."
     assert told["visibility"] == "after_published" and "score" not in told
-    notebook = Handed(data=(container / "submission" / f"{toy.NAME}.ipynb").read_bytes())
-    seed = gradescope.seed_of((container / "source" / "seed").read_bytes(), notebook)
+    data = (container / "submission" / f"{toy.NAME}.ipynb").read_bytes()
+    seed = seeds.of_submission(int((container / "source" / "seed").read_text()), data)
     assert not [text for text in toy.hidden_inputs(seed) if text in json.dumps(value)]
     assert toy.CANARY not in json.dumps(value)
     refused = submit({"no": "notebook"})
@@ -204,16 +203,17 @@ def test_a_changed_notebook_meets_other_inputs_and_the_same_one_the_same(tmp_pat
     """Hand-ins repeat: with one seed for all of them, each would tell more of the same inputs."""
     toy.make_tree(tmp_path / "source")
     (tmp_path / "source" / "seed").write_text("7\n")
-    seeds = []
-    opened = journal.open_journal
-    monkeypatch.setattr(
-        journal, "open_journal", lambda out, seed: seeds.append(seed) or opened(out, seed)
-    )
     monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"none": Unsandboxed()})
+    drawn = tmp_path / "drawn"
+    tell = f"print(x, file=open({str(drawn)!r}, 'a'))"
+    double = f"def double(x):\n    {tell}\n    return 2 * np.asarray(x)\n"
+    inputs = []
     for more in ([], [], [toy.cell("# again")]):
-        toy.write(tmp_path / "submission" / "a.ipynb", toy.answer(toy.DOUBLE, toy.APPLY, *more))
+        drawn.write_text("")
+        toy.write(tmp_path / "submission" / "a.ipynb", toy.answer(double, toy.APPLY, *more))
         assert gradescope.main(tmp_path) == 0
-    assert seeds[0] == seeds[1] != seeds[2] and seeds[0] not in (0, 7)
+        inputs.append(drawn.read_text())
+    assert inputs[0] == inputs[1] != inputs[2]
 
 
 def test_where_no_sandbox_works_there_is_no_mark(tmp_path, monkeypatch, capsys):

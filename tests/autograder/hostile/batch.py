@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import layout
+from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.misconceptions import known, survey
 from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.known import Known
@@ -160,14 +161,18 @@ def _report(
     """Look at what became of everything."""
     target, found = course.target, results(course, entries)
     marks = {name: earned(value, target) for name, value in found.items()}
-    texts = leaks.secrets(target, SEED) | {token: "the token"} | SHARED
+    own = {SEED, *(seeds.of_submission(SEED, data) for data in _notebooks(course.root))}
+    texts = leaks.secrets(target, *own) | {token: "the token"} | SHARED
+    drawn = (leaks.drawn(target, seed) for seed in own)
+    out, pages = leaks.places(course.out, said), leaks.places(course.pages)
     lost = [(entry, verdict.under_graded(entry, marks, target)) for entry in entries]
     return Report(
         submissions=len(entries),
         inflated=_sentences(verdict.inflated(e, marks, target, BASELINES) for e in entries),
         leaks=(
-            *leaks.shown(course.out, said, texts),
-            *leaks.shown(course.pages, (), texts | {SCRIPT: "a student's script"}),
+            *leaks.shown(out, texts),
+            *leaks.shown(pages, texts | {SCRIPT: "a student's script"}),
+            *leaks.numbers_shown(out | pages, drawn),
         ),
         harmed=(
             *_sentences(sentence for entry, sentence in lost if not entry.kind),
@@ -180,6 +185,13 @@ def _report(
         odd=_sentences(_oddity(e, found.get(e.name), target) for e in entries),
         ill_written=tuple(_ill_written(course, entries)),
     )
+
+
+def _notebooks(root: Path) -> Iterator[bytes]:
+    """Yield the bytes of all that was handed in, of which hidden inputs are drawn."""
+    for path in (root / "submitted").rglob("*.ipynb"):
+        if path.is_file() and not path.is_symlink():
+            yield path.read_bytes()
 
 
 def _ill_written(course: Course, entries: Iterable[Entry]) -> Iterator[str]:
