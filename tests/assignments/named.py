@@ -1,6 +1,6 @@
 """How many wrong answers get a name that the engine has not seen, and which.
 
-    python -m tests.assignments.named [NAME[/EXERCISE]…] [--seeds 1] [--read 0]
+    python -m tests.assignments.named [NAME[/EXERCISE]…] [--read 0]
 
 Five times half of the labelled wrong answers are taken away from what the engine knows, and are
 then named by the rest: by the other half, by mutants, by facts and aspects of the values, and by
@@ -16,9 +16,9 @@ import functools
 import random
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from robust_slam_autograder.misconceptions import candidates, survey, tables
+from robust_slam_autograder.misconceptions import candidates, survey
 from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import OF_ANSWER, WRITTEN, Candidate
 from robust_slam_autograder.misconceptions.shapes import Shape
@@ -33,7 +33,7 @@ SPLITS = 5
 
 @dataclass(frozen=True)
 class Measured:
-    """An exercise's wrong answers in one setting, and all that they may be named by."""
+    """An exercise's wrong answers, and all that they may be named by."""
 
     exercise: str
     wrong: list[Answer]
@@ -54,17 +54,15 @@ class Measured:
             for one, keys in self.ways
             if not (one.origin == WRITTEN and one.source in hidden)
         ]
-        named = {key: candidates.chosen(group) for key, group in survey.alike(left).items()}
-        labels = {key: one.sentence if one is not None else "" for key, one in named.items()}
-        table = replace(self.rest, labels=tables.sealed(labels))
+        table = survey.labelled(self.rest, left)
         for answer in unseen:
             yield answer, table.sentence(self.shapes.get(answer.source, Shape()))
 
 
-def measured(name: str, exercise: str, seed: int) -> Measured:
+def measured(name: str, exercise: str) -> Measured:
     """Run all answers to an exercise, and all other ways to be wrong."""
     path = answers.SOLUTIONS / name / f"{name}.ipynb"
-    setting = Setting(path, assignment_module.load(path), seed, whole=True)
+    setting = Setting(path, assignment_module.load(path))
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
     choice = functools.partial(candidates.candidates, exercise=exercise, answers=mine)
     found = survey.shapes_of(setting, exercise, choice)
@@ -78,7 +76,7 @@ def measured(name: str, exercise: str, seed: int) -> Measured:
         wrong=[one for one in mine if not one.is_right],
         shapes=shapes,
         ways=[(one, shape.keys()) for one, shape in found if survey.counts(one, shape)],
-        rest=survey.table(setting, exercise, []),
+        rest=survey.table(setting, exercise),
         wronged=[one.name for one in mine if one.is_right and one.source in shapes],
     )
 
@@ -87,7 +85,6 @@ def main() -> int:
     """Run the command; give its exit status: 1 where a right answer has a name."""
     parser = argparse.ArgumentParser(prog="python -m tests.assignments.named")
     parser.add_argument("names", nargs="*", metavar="NAME", default=answers.assignments())
-    parser.add_argument("--seeds", type=int, default=1, help="of the hidden inputs (default 1)")
     parser.add_argument("--read", type=int, default=0, metavar="N", help="print N of the names")
     given = parser.parse_args()
     asked = [name.partition("/")[::2] for name in given.names]
@@ -100,12 +97,10 @@ def main() -> int:
     told: list[tuple[str, Answer, str]] = []
     wronged: list[str] = []
     for name, exercise in pairs:
-        mine: list[tuple[str, Answer, str]] = []
-        for seed in range(1, 1 + given.seeds):
-            one = measured(name, exercise, seed)
-            wronged += [f"{one.exercise} {right}, seed {seed}" for right in one.wronged]
-            for split in range(SPLITS):
-                mine += [(one.exercise, *pair) for pair in one.split(random.Random(split))]
+        one = measured(name, exercise)
+        wronged += [f"{one.exercise} {right}" for right in one.wronged]
+        rngs = map(random.Random, range(SPLITS))
+        mine = [(one.exercise, *pair) for rng in rngs for pair in one.split(rng)]
         print(f"{name[:2]}/{exercise}: {_share(mine)}", flush=True)
         told += mine
     print(f"all: {_share(told)}; right answers named: {len(wronged)} {', '.join(wronged)}")

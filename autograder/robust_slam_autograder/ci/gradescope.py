@@ -75,7 +75,7 @@ def _grade(root: Path) -> Result:
             wall=wall,
             workers=1,
             report=lambda item: None,
-            naming=Namer(root / "source" / LABELS_NAME, seed),
+            naming=Namer(root / "source" / LABELS_NAME),
         )
         return graded.load()
 

@@ -126,7 +126,7 @@ def attack(name: str, wall: str) -> Report:
 def _label(course: Course) -> None:
     """Find out how answers can be wrong: labels must tell nothing of hidden inputs either."""
     tests = course.root / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    setting = Setting(tests, assignments.load(tests), SEED + 1, whole=True)
+    setting = Setting(tests, assignments.load(tests))
     found = {name: survey.survey(setting, name, []) for name in setting.assignment.exercises}
     folder = course.root / layout.MISCONCEPTIONS
     known.write(folder, toy.NAME, Known(known.digest(tests), "", found))
