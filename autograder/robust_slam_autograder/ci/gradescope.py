@@ -124,12 +124,12 @@ def _test(exercise: ExerciseResult, case: CaseResult, number: str) -> dict[str, 
 
 
 def _label(exercise: ExerciseResult, number: str) -> dict[str, Any]:
-    """Return what a wrong answer looks like; hidden cases had a part in it."""
+    """Return what a wrong answer looks like; hidden cases had no part in it."""
     return {
         "number": number,
         "name": f"{exercise.name}: what it looks like",
         "output": visible(f"It looks as if {exercise.misconception}."),
-        "visibility": "after_published",
+        "visibility": "visible",
     }
 
 
