@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import jsonschema
 import numpy as np
@@ -20,6 +21,7 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.ci import gradescope
 from robust_slam_autograder.ci.gradescope import as_gradescope
 from robust_slam_autograder.executor import seeds
+from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
 from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
@@ -199,21 +201,15 @@ def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     assert refused["output"].startswith("Not graded: ")
 
 
-def test_a_changed_notebook_meets_other_inputs_and_the_same_one_the_same(tmp_path, monkeypatch):
-    """Hand-ins repeat: with one seed for all of them, each would tell more of the same inputs."""
+def test_the_archives_secret_is_the_batchs(tmp_path, monkeypatch):
+    """Hand-ins repeat: hidden inputs follow from it and the notebook, as in every batch."""
     toy.make_tree(tmp_path / "source")
     (tmp_path / "source" / "seed").write_text("7\n")
+    toy.write(tmp_path / "submission" / "a.ipynb", toy.answer())
     monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"none": Unsandboxed()})
-    drawn = tmp_path / "drawn"
-    tell = f"print(x, file=open({str(drawn)!r}, 'a'))"
-    double = f"def double(x):\n    {tell}\n    return 2 * np.asarray(x)\n"
-    inputs = []
-    for more in ([], [], [toy.cell("# again")]):
-        drawn.write_text("")
-        toy.write(tmp_path / "submission" / "a.ipynb", toy.answer(double, toy.APPLY, *more))
+    with mock.patch.object(batch, "grade", side_effect=batch.grade) as graded:
         assert gradescope.main(tmp_path) == 0
-        inputs.append(drawn.read_text())
-    assert inputs[0] == inputs[1] != inputs[2]
+    assert graded.call_args.kwargs["run"].seed == 7
 
 
 def test_where_no_sandbox_works_there_is_no_mark(tmp_path, monkeypatch, capsys):

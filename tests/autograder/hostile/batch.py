@@ -161,7 +161,8 @@ def _report(
     """Look at what became of everything."""
     target, found = course.target, results(course, entries)
     marks = {name: earned(value, target) for name, value in found.items()}
-    own = {SEED, *(seeds.of_submission(SEED, data) for data in _notebooks(course.root))}
+    files = [path for path in course.root.glob("submitted/**/*.ipynb") if path.is_file()]
+    own = {SEED, *(seeds.of_submission(SEED, path.read_bytes()) for path in files)}
     texts = leaks.secrets(target, *own) | {token: "the token"} | SHARED
     drawn = (leaks.drawn(target, seed) for seed in own)
     out, pages = leaks.places(course.out, said), leaks.places(course.pages)
@@ -185,13 +186,6 @@ def _report(
         odd=_sentences(_oddity(e, found.get(e.name), target) for e in entries),
         ill_written=tuple(_ill_written(course, entries)),
     )
-
-
-def _notebooks(root: Path) -> Iterator[bytes]:
-    """Yield the bytes of all that was handed in, of which hidden inputs are drawn."""
-    for path in (root / "submitted").rglob("*.ipynb"):
-        if path.is_file() and not path.is_symlink():
-            yield path.read_bytes()
 
 
 def _ill_written(course: Course, entries: Iterable[Entry]) -> Iterator[str]:

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robust_slam_autograder.grading import batch, journal
 from robust_slam_autograder.grading.naming import Namer
-from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.misconceptions import (
     aspects,
     known,
@@ -31,8 +29,8 @@ from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
 
-from tests import kernel
 from tests.autograder import toy
+from tests.autograder.grading import course
 
 RIGHT_BUT = "all that comes back where a test fails is right but"
 
@@ -167,23 +165,12 @@ def test_an_author_s_label_comes_before_a_rule(engine: Engine) -> None:
 def test_a_batch_names_what_visible_cases_saw_and_keeps_it_through_the_hidden_pass(
     engine: Engine, tmp_path: Path
 ) -> None:
-    tests = engine.setting
-    found = Known(known.digest(tests.path), "", {"double": engine.table()})
-    known.write(tmp_path / "known", toy.NAME, found)
+    tree = toy.make_tree(tmp_path, value=toy.source_notebook(double_random=SHOWN))
+    tests = known.digest(tree / toy.NAME / f"{toy.NAME}.ipynb")
+    known.write(tmp_path / "known", toy.NAME, Known(tests, "", {"double": engine.table()}))
     for student, source in (("ada", FOURFOLD), ("bob", toy.DOUBLE), ("cem", SIGNED)):
         toy.hand_in(tmp_path / "submitted", student, toy.answer(source))
-    graded = batch.grade(
-        [
-            Job(name, tests.assignment, tests.path, tmp_path / "submitted" / name / toy.NAME)
-            for name in ("ada", "bob", "cem")
-        ],
-        out=tmp_path / "out",
-        run=journal.open_journal(tmp_path / "out", 1),
-        wall=kernel.quickest(),
-        workers=1,
-        report=lambda done: None,
-        naming=Namer(tmp_path / "known"),
-    )
+    graded = course.grade(tmp_path, naming=Namer(tmp_path / "known"))
     ada, bob, cem = (item.load().exercises[0] for item in graded)
     assert ada.misconception == engine.says(FOURFOLD) != "" and ada.pattern
     assert (bob.status, bob.misconception, bob.pattern) == ("passed", "", "")
