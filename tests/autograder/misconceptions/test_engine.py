@@ -220,11 +220,7 @@ def of_calls(*values: object) -> dict[str, tuple[str, ...]]:
         ({"a": 1.5, "b": [2]}, {"a": 1.5, "c": [2]}, f"{RIGHT_BUT} `c`"),
         ([[1.5, 2.5]] * 3, [[1.5, 3.5]] * 3, f"{RIGHT_BUT} the second column"),
         ([True, False, True], [0, 2], "a mask comes back where indices belong"),
-        (
-            [1, 0, 1],
-            [True, False, True],
-            "numbers come back where truth values belong",
-        ),
+        ([1, 0, 1], [True, False, True], "numbers come back where truth values belong"),
         ([3, 9], [3, 5, 7], "fewer entries come back than should"),
         (2.5, "! ValueError", "an answer comes back where an error should be raised"),
         (
@@ -297,24 +293,11 @@ def traits_of(*args: object, **options: object) -> frozenset[str]:
         (traits_of(0.5, kind="gm"), [traits_of(0.5, kind="tls")] * 4, "`kind` is “gm”"),
         (traits_of([1, 2]), [traits_of(np.array([0.5]))] * 3, ""),
         (traits_of([1, 2]), [traits_of([3, 4])] * 4, ""),
-        (
-            traits_of([1, 2], 2.0),
-            [traits_of(np.array([0.5, 1.5]), 1.0)] * 4,
-            "`x` holds integers",
-        ),
+        (traits_of([1, 2], 2.0), [traits_of(np.array([0.5, 1.5]), 1.0)] * 4, "`x` holds integers"),
         (traits_of(0.5, -0.5), [traits_of(0.5, 0.5)] * 4, ""),
         (traits_of([0.5] * 60), [traits_of([0.5] * 3)] * 4, ""),
     ],
-    ids=[
-        "integers",
-        "number",
-        "option",
-        "too few",
-        "passed as well",
-        "two arguments",
-        "by chance",
-        "much to compute",
-    ],
+    ids=["integers", "number", "option", "too few", "passed", "two", "by chance", "much"],
 )
 def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
     end: frozenset[str], passed: list[frozenset[str]], told: str
