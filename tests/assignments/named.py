@@ -1,6 +1,6 @@
 """How many wrong answers get a name that the engine has not seen, and which.
 
-    python -m tests.assignments.named [NAME[/EXERCISE]…] [--seeds 1] [--read 0]
+    python -m tests.assignments.named [NAME[/EXERCISE]…] [--read 0]
 
 Five times half of the labelled wrong answers are taken away from what the engine knows, and are
 then named by the rest: by the other half, by mutants, by facts and aspects of the values, and by
@@ -15,14 +15,11 @@ import argparse
 import functools
 import random
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
-from robust_slam_autograder.misconceptions import candidates, survey, tables
+from robust_slam_autograder.misconceptions import candidates, survey
 from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import OF_ANSWER, WRITTEN, Candidate
 from robust_slam_autograder.misconceptions.shapes import Shape
-from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.labelled import Answer
 
@@ -31,86 +28,55 @@ from tests.assignments import answers
 SPLITS = 5
 
 
-@dataclass(frozen=True)
-class Measured:
-    """An exercise's wrong answers in one setting, and all that they may be named by."""
+def named(name: str, exercise: str) -> tuple[list[tuple[str, Answer, str]], list[str]]:
+    """Name an exercise's answers by others.
 
-    exercise: str
-    wrong: list[Answer]
-    shapes: dict[str, Shape]
-    """By the text of a labelled wrong answer."""
-    ways: list[tuple[Candidate, tuple[str, ...]]]
-    rest: Table
-    """Without labels."""
-    wronged: list[str]
-    """Right answers that would have a name."""
-
-    def split(self, rng: random.Random) -> Iterator[tuple[Answer, str]]:
-        """Yield half of the wrong answers, each with the name that the others give it."""
-        unseen = rng.sample(self.wrong, len(self.wrong) // 2)
-        hidden = {one.source for one in unseen}
-        left = [
-            (one, keys)
-            for one, keys in self.ways
-            if not (one.origin == WRITTEN and one.source in hidden)
-        ]
-        named = {key: candidates.chosen(group) for key, group in survey.alike(left).items()}
-        labels = {key: one.sentence if one is not None else "" for key, one in named.items()}
-        table = replace(self.rest, labels=tables.sealed(labels))
-        for answer in unseen:
-            yield answer, table.sentence(self.shapes.get(answer.source, Shape()))
-
-
-def measured(name: str, exercise: str, seed: int) -> Measured:
-    """Run all answers to an exercise, and all other ways to be wrong."""
+    Returns:
+        where each wrong answer stands that was taken away, it, and its name or nothing; and the
+        right ones that fail a case.
+    """
     path = answers.SOLUTIONS / name / f"{name}.ipynb"
-    setting = Setting(path, assignment_module.load(path), seed, whole=True)
+    setting = Setting(path, assignment_module.load(path))
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
     choice = functools.partial(candidates.candidates, exercise=exercise, answers=mine)
-    found = survey.shapes_of(setting, exercise, choice)
+    found = list(survey.shapes_of(setting, exercise, choice))
     typed = [Candidate(WRITTEN if not one.is_right else OF_ANSWER, "", one.source) for one in mine]
-    shapes = {
-        one.source: shape
-        for one, shape in survey.shapes_of(setting, exercise, lambda b: typed, with_aspects=True)
-    }
-    return Measured(
-        exercise=f"{name[:2]}/{exercise}",
-        wrong=[one for one in mine if not one.is_right],
-        shapes=shapes,
-        ways=[(one, shape.keys()) for one, shape in found if survey.counts(one, shape)],
-        rest=survey.table(setting, exercise, []),
-        wronged=[one.name for one in mine if one.is_right and one.source in shapes],
-    )
+    looked = survey.shapes_of(setting, exercise, lambda b: typed, with_aspects=True)
+    shapes = {one.source: shape for one, shape in looked}
+    rest, wrong = survey.table(setting, exercise), [one for one in mine if not one.is_right]
+    told = []
+    for split in range(SPLITS):
+        unseen = random.Random(split).sample(wrong, len(wrong) // 2)
+        gone = {one.source for one in unseen}
+        left = (
+            (one, shape.keys())
+            for one, shape in found
+            if survey.counts(one, shape) and not (one.origin == WRITTEN and one.source in gone)
+        )
+        table = survey.labelled(rest, left)
+        for one in unseen:
+            said = table.sentence(shapes.get(one.source, Shape()))
+            told.append((f"{name[:2]}/{exercise}", one, said))
+    return told, [one.name for one in mine if one.is_right and one.source in shapes]
 
 
 def main() -> int:
     """Run the command; give its exit status: 1 where a right answer has a name."""
     parser = argparse.ArgumentParser(prog="python -m tests.assignments.named")
     parser.add_argument("names", nargs="*", metavar="NAME", default=answers.assignments())
-    parser.add_argument("--seeds", type=int, default=1, help="of the hidden inputs (default 1)")
     parser.add_argument("--read", type=int, default=0, metavar="N", help="print N of the names")
     given = parser.parse_args()
-    asked = [name.partition("/")[::2] for name in given.names]
-    pairs = [
-        (name, exercise)
-        for name, only in asked
-        for exercise in answers.solutions(name)
-        if only in ("", exercise)
-    ]
     told: list[tuple[str, Answer, str]] = []
     wronged: list[str] = []
-    for name, exercise in pairs:
-        mine: list[tuple[str, Answer, str]] = []
-        for seed in range(1, 1 + given.seeds):
-            one = measured(name, exercise, seed)
-            wronged += [f"{one.exercise} {right}, seed {seed}" for right in one.wronged]
-            for split in range(SPLITS):
-                mine += [(one.exercise, *pair) for pair in one.split(random.Random(split))]
-        print(f"{name[:2]}/{exercise}: {_share(mine)}", flush=True)
-        told += mine
+    for name, only in (one.partition("/")[::2] for one in given.names):
+        for exercise in answers.solutions(name):
+            if only in ("", exercise):
+                mine, right = named(name, exercise)
+                print(f"{name[:2]}/{exercise}: {_share(mine)}", flush=True)
+                told, wronged = told + mine, wronged + right
     print(f"all: {_share(told)}; right answers named: {len(wronged)} {', '.join(wronged)}")
-    named = sorted({(where, one.story, said) for where, one, said in told if said})
-    for where, story, said in random.Random(0).sample(named, min(given.read, len(named))):
+    shown = sorted({(where, one.story, said) for where, one, said in told if said})
+    for where, story, said in random.Random(0).sample(shown, min(given.read, len(shown))):
         print(f"{where}: {story}\n    It looks as if {said}.")
     return 1 if wronged else 0
 

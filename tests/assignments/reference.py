@@ -53,5 +53,5 @@ def load(name: str, tree: Path = answers.SOLUTIONS) -> Reference:
     """Read an assignment of a source tree and run its set-up and solution cells."""
     path = tree / name / f"{name}.ipynb"
     assignment = assignment_module.load(path)
-    found = bench(Setting(path, assignment, seed=0, whole=True))
+    found = bench(Setting(path, assignment))
     return Reference(assignment, found.names)

@@ -25,9 +25,9 @@ def labelled(folder: Path, hidden: str) -> Path:
     text = f"{VISIBLE}{HIDDEN.format(hidden)}### END HIDDEN TESTS\n"
     tree = toy.make_tree(folder, value=toy.source_notebook(double_random=text))
     tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
-    setting = Setting(tests, assignments.load(tests), 3, whole=True)
+    setting = Setting(tests, assignments.load(tests))
     found = {"double": survey.survey(setting, "double", [])}
-    assert found["double"]
+    assert found["double"].labels
     known.write(folder / "known", toy.NAME, Known(known.digest(tests), "", found))
     (path,) = release(tree, [], folder / "release", misconceptions=folder / "known")
     return path

@@ -100,9 +100,9 @@ _CHANGES = {
     ],
     "grading/batch.py": [
         ("at_once > 1 and marked.doubtful", "False", f"{BATCH}a_limit_is_judged_alone"),
-        ("            waiting.put(replace(task, seen=marked))\n",
-         "            ((_, last),) = _marked(run_pass([replace(task, seen=marked)], 1))\n"
-         "            yield task, last.result\n"
+        ("            waiting.put(replace(task, seen=named))\n",
+         "            ((_, last),) = _marked(run_pass([replace(task, seen=named)], 1))\n"
+         "            yield task, last\n"
          "            continue\n",
          f"{BATCH}what_a_hidden_pass_leaves_behind_reaches_no_text"),
     ],

@@ -10,7 +10,6 @@ says that the autograder failed, and no one has a mark that is not theirs.
 
 from __future__ import annotations
 
-import hmac
 import json
 import sys
 import tempfile
@@ -23,7 +22,7 @@ from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal, tasks
 from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
-from robust_slam_autograder.grading.tasks import Handed, Job
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.grading.verdicts import MEANINGS
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
@@ -65,7 +64,7 @@ def _grade(root: Path) -> Result:
     job = Job(NOBODY, assignments.load(tests), tests, root / "submission")
     job = replace(job, handed=tasks.read(job))
     # From a file, for others can read a command line.
-    seed = seed_of((root / "source" / SEED_NAME).read_bytes(), job.handed or Handed())
+    seed = int((root / "source" / SEED_NAME).read_text(encoding="ascii"))
     wall = sandbox.choose(None, unsandboxed=False)
     with tempfile.TemporaryDirectory() as folder:
         run = journal.open_journal(Path(folder), seed)
@@ -76,19 +75,9 @@ def _grade(root: Path) -> Result:
             wall=wall,
             workers=1,
             report=lambda item: None,
-            naming=Namer(root / "source" / LABELS_NAME, seed),
+            naming=Namer(root / "source" / LABELS_NAME),
         )
         return graded.load()
-
-
-def seed_of(secret: bytes, handed: Handed) -> int:
-    """Draw a submission's seed from the archive's secret and the notebook's bytes.
-
-    The same notebook has the same mark, while each change of it is checked with other inputs:
-    a student who hands in again and again asks of other numbers each time.
-    """
-    drawn = hmac.digest(secret, handed.data, "sha256")
-    return int.from_bytes(drawn[:8], "big") >> 1
 
 
 def as_gradescope(result: Result) -> dict[str, Any]:
@@ -135,12 +124,12 @@ def _test(exercise: ExerciseResult, case: CaseResult, number: str) -> dict[str, 
 
 
 def _label(exercise: ExerciseResult, number: str) -> dict[str, Any]:
-    """Return what a wrong answer looks like; hidden cases had a part in it."""
+    """Return what a wrong answer looks like; hidden cases had no part in it."""
     return {
         "number": number,
         "name": f"{exercise.name}: what it looks like",
         "output": visible(f"It looks as if {exercise.misconception}."),
-        "visibility": "after_published",
+        "visibility": "visible",
     }
 
 

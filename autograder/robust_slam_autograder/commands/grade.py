@@ -110,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=at_once,
                 report=lambda graded: step(),
                 graders=found,
-                naming=Namer(options.misconceptions, journal.seed),
+                naming=Namer(options.misconceptions),
             )
         marks = [item.load() for item in graded]
         recording.record_new(gradebook, journal, jobs, marks, wall)

@@ -11,14 +11,11 @@ from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.misconceptions import known, survey
 from robust_slam_autograder.misconceptions.bench import Setting
-from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.labelled import Answer
-
-SEED = 1
-"""Of the hidden inputs on which ways to be wrong are told apart; any will do."""
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -38,17 +35,21 @@ def run(options: argparse.Namespace) -> int:
             print(f"{name}: unchanged")
             continue
         assignment = assignments.load(tests)
-        setting = Setting(tests, assignment, SEED, whole=True)
-        found: dict[str, Sequence[Candidate]] = {}
+        setting = Setting(tests, assignment)
+        found: dict[str, Table] = {}
         for exercise in assignment.exercises:
             found[exercise] = _survey(setting, exercise, answers)
-            print(f"{name}, {exercise}: {len(found[exercise])} ways to be wrong", flush=True)
+            print(f"{name}, {exercise}: {_count(found[exercise])} ways to be wrong", flush=True)
         digests = known.digest(tests), known.digest_of_answers(answers)
         known.write(options.to, name, Known(*digests, found))
     return 0
 
 
-def _survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Sequence[Candidate]:
+def _count(table: Table) -> int:
+    return sum(map(bool, table.labels.values()))
+
+
+def _survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:
     try:
         return survey.survey(setting, exercise, answers)
     except ValueError as error:

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=at_once,
                 report=step,
                 graders=graders,
-                naming=Namer(options.misconceptions, journal.seed),
+                naming=Namer(options.misconceptions),
             )
         found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:

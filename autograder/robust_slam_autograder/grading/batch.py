@@ -1,4 +1,4 @@
-"""Grades a batch: one trusted process for each pass, one result file each, one seed for all.
+"""Grades a batch: one trusted process for each pass, one result file each, one secret for all.
 
 A batch that was stopped goes on where it stood: a submission whose text, tests
 and seed have not changed keeps its result.
@@ -17,14 +17,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
-from robust_slam_autograder.executor import guarded, trusted
+from robust_slam_autograder.executor import guarded, seeds, trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.marking import Step, Whose
-from robust_slam_autograder.grading.naming import Namer
+from robust_slam_autograder.grading.naming import Naming, nameless
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.tasks import Fingerprints, Job, Task
 from robust_slam_autograder.grading.waiting import Waiting
@@ -45,6 +45,7 @@ class Terms:
     """What is the same for every submission of a batch."""
 
     seed: int
+    """The batch's secret: with a notebook's bytes it gives the seed of the hidden pass."""
     wall: Sandbox
     """Where student code runs."""
     preload: tuple[str, ...]
@@ -116,7 +117,7 @@ def grade(
     workers: int,
     report: Callable[[Graded], None],
     graders: Graders = processes,
-    naming: Namer | None = None,
+    naming: Naming = nameless,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
@@ -128,7 +129,7 @@ def grade(
         workers: how many submissions at once.
         report: called after each submission.
         graders: who grades; by default processes of this machine.
-        naming: who says what wrong answers look like; None where no one does.
+        naming: who says what wrong answers look like; by default no one.
 
     Returns:
         what became of each submission, in the order of ``jobs``.
@@ -150,15 +151,13 @@ def grade(
     at_once = min(workers, len(due))
     kept = Waiting(out / WAITING_NAME)
     run_pass = functools.partial(graders, terms)
-    names = closing(naming) if naming is not None else contextlib.nullcontext()
-    with names, closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
+    with closing(_grade_all(due, prints, kept, run_pass, at_once, naming)) as graded:
         for task, marked in graded:
-            result = naming(task.job, marked) if naming else marked.result
             run.forget(task.job.key)
-            path = results.write(out, result)
-            if result.status != "failed":
+            path = results.write(out, marked.result)
+            if marked.result.status != "failed":
                 run.remember(task.job.key, task.fingerprint)
-            done[task.job.key] = Graded(path, result.status, reused=False)
+            done[task.job.key] = Graded(path, marked.result.status, reused=False)
             report(done[task.job.key])
     kept.remove()
     return [done[job.key] for job in jobs]
@@ -185,6 +184,7 @@ def _grade_all(
     waiting: Waiting,
     run_pass: _RunPass,
     at_once: int,
+    naming: Naming,
 ) -> Generator[tuple[Task, Marked], None, None]:
     """Grade submissions in two rounds: all visible passes first, and only then hidden ones.
 
@@ -201,10 +201,11 @@ def _grade_all(
                 yield task
 
     for task, marked in _round(unseen(), waiting, run_pass, at_once):
-        if marked.is_whole:
-            yield task, marked
+        named = naming(task.job, marked)
+        if named.is_whole:
+            yield task, named
         else:
-            waiting.put(replace(task, seen=marked))
+            waiting.put(replace(task, seen=named))
             seen.append(task.job)
     yield from _round(map(waiting.get, seen), waiting, run_pass, at_once)
 
@@ -278,7 +279,8 @@ def grade_task(
         if task.seen is None:
             marked = marking.look(whose, sandbox=wall, run=run)
         else:
-            marked = marking.finish(whose, task.seen, seed=seed, sandbox=wall, run=run)
+            own = seeds.of_submission(seed, handed.data)
+            marked = marking.finish(whose, task.seen, seed=own, sandbox=wall, run=run)
         result = replace(marked.result, texts=answers.texts(job.assignment, cells))
         return replace(marked, result=result)
     except Refused as error:

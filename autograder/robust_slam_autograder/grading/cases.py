@@ -12,7 +12,7 @@ import os
 import signal
 import types
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
@@ -28,7 +28,7 @@ from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
-from robust_slam_autograder.misconceptions import shapes, traits
+from robust_slam_autograder.misconceptions import shapes
 from robust_slam_autograder.misconceptions.prints import Trace
 from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
@@ -62,9 +62,9 @@ class Cases:
     calls: explain.Calls | None = None
     """Calls of the student's functions, recorded in the visible pass alone."""
     trace: Trace = field(default_factory=Trace)
-    """What the student's functions returned in the case that runs."""
+    """What the student's functions returned in the case that runs, in the visible pass alone."""
     seen: dict[str, Seen] = field(default_factory=dict)
-    """By grade id, of cases that passed, or failed by what was returned."""
+    """By grade id, of visible cases that passed, or failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
 
@@ -198,8 +198,9 @@ class Cases:
                 notebook.run(number)
         self.session.begin()
         bindings = self.session.bindings()
-        bindings = self.trace.watched(bindings)
-        notebook.names.update(self.calls.watched(bindings) if self.calls else bindings)
+        if self.calls is not None:
+            bindings = self.calls.watched(self.trace.watched(bindings))
+        notebook.names.update(bindings)
         return notebook.names
 
     @contextlib.contextmanager
@@ -229,7 +230,7 @@ class Cases:
         namespace["rng"] = case_generator(self.seed, case.grade_id)
         if self.calls is not None:
             self.calls.begin(wording.label(case), namespace)
-        self.trace.begin()
+            self.trace.begin()
         before = dict(namespace)
         try:
             with self._bounded():
@@ -252,17 +253,13 @@ class Cases:
         return Ending(session.fault.kind), None
 
     def _note(self, case: Case, *, passed: bool = False) -> None:
-        """Note what a case saw, as far as it can be compared."""
-        trace, salt = self.trace, shapes.salt_of(self.seed, whole=self.calls is None)
+        """Note what a visible case saw, as far as it can be compared."""
+        if self.calls is None:
+            return
         with contextlib.suppress(Exception, SessionFault), self._bounded():
-            if passed:
-                seen = Seen(passed=shapes.passed_by(trace))
-            else:
-                seen = shapes.seen_by(trace, salt)
-                # A label may name a text that was handed in: one that students see.
-                texts = [case.visible for case in self.assignment.cases]
-                seen = replace(seen, end=tuple(traits.shown(seen.end, texts)))
-            self.seen[case.grade_id] = seen
+            self.seen[case.grade_id] = (
+                Seen(passed=shapes.passed_by(self.trace)) if passed else shapes.seen_by(self.trace)
+            )
 
     def _ending(self, case: Case) -> Ending:
         """Say how a case ended whose test raised."""

@@ -23,11 +23,7 @@ class Marked:
     skip: tuple[int, ...] = ()
     """Cells of the student's that hung or died, by their number in the program."""
     shapes: Mapping[str, Shape] = field(default_factory=dict)
-    """By exercise, what its failed cases saw, where a label may fit."""
-    visible: Mapping[str, Shape] = field(default_factory=dict)
-    """The same of the visible pass, where hidden regions ran since."""
-    whole: bool = False
-    """Whether hidden regions ran."""
+    """By exercise, what its failed visible cases saw, where a label may fit."""
 
     @property
     def is_whole(self) -> bool:

@@ -101,7 +101,7 @@ def finish(
     Args:
         whose: the submission.
         before: from ``look``; a case that it does not have is judged by this pass alone.
-        seed: the batch's secret seed; hidden inputs follow from it and the case's grade id.
+        seed: of this submission, and secret; hidden inputs follow from it and the case's grade id.
         sandbox: where student code runs.
         run: what runs the test cells.
 
@@ -114,7 +114,18 @@ def finish(
     one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
     endings = {case.grade_id: step.ending for case, step in one.steps()}
     found = one.marked(seen, endings, before.result.reason, before.result.seconds)
-    return replace(found, visible=before.shapes)
+    result = replace(found.result, exercises=_as_named(found.result, before.result))
+    return replace(found, result=result)
+
+
+def _as_named(result: Result, before: Result) -> tuple[ExerciseResult, ...]:
+    """Return exercises with the labels that they have had before."""
+    labels = {one.name: (one.misconception, one.pattern) for one in before.exercises}
+    return tuple(
+        replace(one, misconception=said, pattern=pattern)
+        for one in result.exercises
+        for said, pattern in [labels.get(one.name, ("", ""))]
+    )
 
 
 @dataclass(frozen=True)
@@ -127,7 +138,7 @@ class Step:
     skip: frozenset[int]
     seconds: float
     seen: Seen | None = None
-    """What the case saw, where it failed by that."""
+    """What a visible case saw, where it failed by that."""
 
 
 @dataclass
@@ -136,7 +147,7 @@ class _Pass:
 
     Attributes:
         faults: cases that are known to hang or die.
-        shapes: by exercise, what its failed cases saw.
+        shapes: by exercise, what its failed visible cases saw.
         skip: cells of the student's that hung or died: they are left out.
         seconds: how much of the submission's limit is used up.
     """
@@ -208,7 +219,7 @@ class _Pass:
         lost = {key.rpartition("-")[0] for key in self.faults}
         self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
         self.skip, self.seconds = step.skip, step.seconds
-        if case.has_town:
+        if case.has_town or not self.is_visible:
             return
         shape = self.shapes.setdefault(case.exercise, Shape())
         seen = step.seen or Seen()
@@ -248,8 +259,7 @@ class _Pass:
         doubtful = self._doubtful and not self._overran
         skip = tuple(sorted(self.skip))
         shapes = {name: one for name, one in self.shapes.items() if one.failed}
-        whole = not self.is_visible
-        return Marked(result, doubtful, round(self.seconds, 3), skip, shapes, whole=whole)
+        return Marked(result, doubtful, round(self.seconds, 3), skip, shapes)
 
     @contextlib.contextmanager
     def _session(self, total: Deadline) -> Iterator[Session]:

@@ -1,4 +1,4 @@
-"""Runs an exercise's test cells on functions of the instructor's, in this process.
+"""Runs an exercise's visible test cells on functions of the instructor's, in this process.
 
 Nothing here is a sandbox: what runs is the instructor's solution, changes of it, and answers
 that the instructor wrote down as wrong.
@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.executor.seeds import case_generator, environment
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED, case_generator, environment
 from robust_slam_autograder.misconceptions import facts, shapes, traits
 from robust_slam_autograder.misconceptions.facts import Fact
 from robust_slam_autograder.misconceptions.prints import Called, Trace
@@ -33,21 +33,12 @@ Names = dict[str, Any]
 
 @dataclass(frozen=True)
 class Setting:
-    """Under which circumstances test cells run."""
+    """An assignment whose test cells run."""
 
     path: Path
     """The instructor's notebook."""
     assignment: Assignment
     """The same, read."""
-    seed: int
-    """Of the inputs."""
-    whole: bool
-    """Whether test cells run with their hidden regions."""
-
-    @property
-    def salt(self) -> str:
-        """Return what digests depend on."""
-        return shapes.salt_of(self.seed, whole=self.whole)
 
 
 @dataclass
@@ -94,31 +85,24 @@ class Bench:
         right: Right,
         *,
         with_aspects: bool = False,
-        like: Shape | None = None,
     ) -> Shape:
         """Run the cases of an exercise, and note how those end that fail.
 
-        A case whose values are those of the solution up to where it failed says nothing. With
-        ``like``, what ends otherwise than that in one case is lost, and no other case is run.
+        A case whose values are those of the solution up to where it failed says nothing.
         """
         shape = Shape()
-        cases = self._cases(exercise)
-        if like is not None:
-            cases.sort(key=lambda case: case.grade_id not in like.failed)
-        with quiet(), environment(self.setting.seed):
-            for case in cases:
+        with quiet(), environment(PUBLIC_SEED):
+            for case in self._cases(exercise):
                 trace = Trace()
                 if self._passes(case, names, trace):
                     if with_aspects:
                         shape.accept(shapes.passed_by(trace))
                 else:
-                    seen = shapes.seen_by(trace, self.setting.salt, with_aspects=with_aspects)
+                    seen = shapes.seen_by(trace, with_aspects=with_aspects)
                     heads = right[case.grade_id].get(WHOLE, frozenset())
                     if not with_aspects and heads & set(seen.digests.get(WHOLE, ())):
                         seen = replace(seen, digests={})
                     shape.add(case.grade_id, seen)
-                if like is not None and not shape.ends_like(like, case.grade_id):
-                    shape.lost = True
                 if shape.lost and not with_aspects:
                     break
         return shape
@@ -131,14 +115,12 @@ class Bench:
         """
         found: dict[str, Mapping[str, frozenset[str]]] = {}
         calls: list[Called] = []
-        with quiet(), environment(self.setting.seed):
+        with quiet(), environment(PUBLIC_SEED):
             for case in self._cases(exercise):
                 trace = Trace()
                 if not self._passes(case, self.names, trace):
                     raise ValueError(f"the solution itself loses {case.grade_id}")
-                found[case.grade_id] = shapes.of_beginnings(
-                    trace, self.setting.salt, with_aspects=with_aspects
-                )
+                found[case.grade_id] = shapes.of_beginnings(trace, with_aspects=with_aspects)
                 calls += trace.calls
         self.words[exercise] = traits.of_solution(calls)
         return found
@@ -150,10 +132,9 @@ class Bench:
     def _passes(self, case: Case, names: Names, trace: Trace) -> bool:
         asked = {name: names[name] for name in self.setting.assignment.names if name in names}
         seen = {**names, **trace.watched(_apart(asked))}
-        seen["rng"] = case_generator(self.setting.seed, case.grade_id)
-        source = case.full if self.setting.whole else case.visible
+        seen["rng"] = case_generator(PUBLIC_SEED, case.grade_id)
         try:
-            exec(compiled(source, case.grade_id), seen)
+            exec(compiled(case.visible, case.grade_id), seen)
         except Exception:  # a test fails by raising, whatever it raises
             return False
         return True
@@ -164,7 +145,7 @@ def bench(setting: Setting) -> Bench:
     code = submission.collect(notebook.read(setting.path), setting.assignment)
     module = types.ModuleType(f"solutions_{abs(hash(str(setting.path)))}")
     sys.modules[module.__name__] = module  # dataclasses look their module up by name
-    with quiet(), environment(setting.seed):
+    with quiet(), environment(PUBLIC_SEED):
         for piece in (*setting.assignment.setup, *code.pieces):
             if not piece.own:
                 exec(compiled(piece.source, piece.label), module.__dict__)

@@ -7,7 +7,7 @@ says what was changed, and a fact says what the values are.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from robust_slam_autograder.misconceptions import slips, wider
@@ -32,23 +32,9 @@ class Candidate:
     """Text of the solution cell; empty for a fact."""
     fact: str = ""
     """The number and the sentence of a fact."""
-    fails: Sequence[str] = ()
-    """Grade ids of the cases that it fails, hidden regions included."""
-    seen: str = ""
-    """Key of what the visible cases alone saw; empty where that cannot be compared."""
     about: str = field(default="", compare=False)
     """The argument that a fact is about, where it is not about what comes back."""
     slip: Slip | None = field(default=None, compare=False)
-
-    def fits(self, failed: Collection[str], visible: Collection[str]) -> bool:
-        """Tell whether it may be what an answer is, of which these are known.
-
-        Args:
-            failed: grade ids of the cases that the answer fails, hidden regions included.
-            visible: the keys of what its visible cases saw; none where they cannot be compared.
-        """
-        may_be = not visible or not self.seen or self.seen in visible
-        return may_be and set(self.fails) == set(failed)
 
     def names(self, bench: Bench, exercise: str) -> Names:
         """Return what test cells see where this is the answer.

@@ -1,4 +1,4 @@
-"""The file of an assignment's ways to be wrong, as ``autograder misconceptions`` writes it."""
+"""The file of an assignment's tables, as ``autograder misconceptions`` writes it."""
 
 from __future__ import annotations
 
@@ -9,25 +9,24 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.misconceptions.candidates import Candidate
+from robust_slam_autograder.misconceptions import tables
+from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading.labelled import Answer
 
 _PRIVATE = 0o600
-FORMAT = 6
+FORMAT = 7
 """Of the file: one more makes files of an older engine be made again."""
-_OWN = ("slip", "about")
-"""What the survey alone needs to know of a candidate."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """The ways to be wrong in an assignment that have a name."""
+    """The tables of an assignment's exercises, and of what they were made."""
 
     tests: str
     """Digest of the instructor's notebook that they were found with."""
     answers: str
     """Digest of the answers that were written down then."""
-    exercises: Mapping[str, Sequence[Candidate]]
+    exercises: Mapping[str, Table]
 
 
 def digest(tests: Path) -> str:
@@ -42,20 +41,13 @@ def digest_of_answers(answers: Sequence[Answer]) -> str:
 
 
 def write(folder: Path, name: str, known: Known) -> Path:
-    """Write an assignment's file, which holds solutions with a slip: no one else may read it.
+    """Write an assignment's file; no one else may read it.
 
     Raises:
         GraderFailure: it cannot be written.
     """
     path = folder / f"{name}.json"
-    exercises = {
-        exercise: [
-            {key: value for key, value in asdict(one).items() if key not in _OWN} for one in found
-        ]
-        for exercise, found in known.exercises.items()
-    }
-    data = {"tests": known.tests, "answers": known.answers, "exercises": exercises}
-    text = json.dumps(data, ensure_ascii=False)
+    text = json.dumps(asdict(known), default=sorted)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         path.touch(_PRIVATE)
@@ -76,11 +68,7 @@ def read(folder: Path, name: str, tests: Path) -> Known | None:
     """
     try:
         data = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
-        exercises = {
-            exercise: tuple(Candidate(**one) for one in found)
-            for exercise, found in data["exercises"].items()
-        }
-        found = Known(data["tests"], data["answers"], exercises)
+        found = Known(data["tests"], data["answers"], tables.made(data["exercises"]))
         return found if found.tests == digest(tests) else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -84,19 +84,6 @@ class Shape:
         for trait, times in passed.items():
             self.passed[trait] = self.passed.get(trait, 0) + times
 
-    def ends_like(self, other: Shape, grade_id: str) -> bool:
-        """Tell whether a case passed in both, or failed in both after the same values."""
-        mine, others = (
-            set(one.failed[grade_id].get(WHOLE, ())) if grade_id in one.failed else {"passed"}
-            for one in (self, other)
-        )
-        return bool(mine & others)
-
-    def plain(self) -> Shape:
-        """Return its failed cases alone, without aspects."""
-        kept = {name: {WHOLE: one[WHOLE]} for name, one in self.failed.items() if WHOLE in one}
-        return Shape(kept)
-
     @property
     def is_known(self) -> bool:
         """Tell whether a label may fit."""
@@ -109,11 +96,7 @@ class Shape:
 
     def keys(self) -> tuple[str, ...]:
         """Return the key of all that came back, and then those of its neighbours."""
-        return self.all_keys() if self.is_known else ()
-
-    def all_keys(self) -> tuple[str, ...]:
-        """Return the same keys where exceptions ended all cases too, or where none failed."""
-        if self.lost:
+        if not self.is_known:
             return ()
         names = sorted(self.failed)
         ways = itertools.product(*(self.failed[name][WHOLE] for name in names))
@@ -126,22 +109,12 @@ def _key(names: Sequence[str], found: Sequence[str]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def salt_of(seed: int, *, whole: bool) -> str:
-    """Return what makes the digests of one setting tell nothing of those of another.
-
-    Args:
-        seed: of the inputs.
-        whole: whether hidden regions ran too.
-    """
-    return f"{seed} {whole}"
-
-
-def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
+def _of(calls: Sequence[Called], with_aspects: bool) -> Digests:
     parts: Iterator[Part] = (part for one in calls for part in ((one.name, None), *one.parts))
-    found = {WHOLE: digests(parts, salt)}
+    found = {WHOLE: digests(parts, WHOLE)}
     if with_aspects and len(calls) <= MOST_SEEN:
-        found |= aspects.seen(calls[-1], f"{salt} {len(calls)}")
-        found |= _entries(calls, salt) | _ended(calls)
+        found |= aspects.seen(calls[-1], f"{len(calls)}")
+        found |= _entries(calls) | _ended(calls)
     return found
 
 
@@ -160,7 +133,7 @@ def _ended(calls: Sequence[Called]) -> Digests:
     return {**found, CALLS: (place,)}
 
 
-def _entries(calls: Sequence[Called], salt: str) -> Digests:
+def _entries(calls: Sequence[Called]) -> Digests:
     """Return the digests of what the last call found: numbers in a row, or what is true."""
     parts = calls[-1].parts
     numbers = parts[0][1] if len(parts) == 1 else None
@@ -171,14 +144,14 @@ def _entries(calls: Sequence[Called], salt: str) -> Digests:
     if numbers.ndim != 1 or len(np.unique(numbers)) != len(numbers):
         return {}
     name = f"{ENTRIES}{len(calls)}"
-    found = [aspects.near([("", one)], f"{salt} {name}") for one in numbers[:, None]]
+    found = [aspects.near([("", one)], name) for one in numbers[:, None]]
     around = tuple(itertools.chain.from_iterable(found))
     return {name: tuple(one[0] for one in found), f"{AROUND}{len(calls)}": around}
 
 
-def seen_by(trace: Trace, salt: str, *, with_aspects: bool = True) -> Seen:
+def seen_by(trace: Trace, *, with_aspects: bool = True) -> Seen:
     """Return what a test cell saw that failed; the traits of its last call are aspects too."""
-    found = _of(trace.calls, salt, with_aspects) if trace.calls else {}
+    found = _of(trace.calls, with_aspects) if trace.calls else {}
     end = traits.of_call(trace.calls[-1]) if with_aspects and trace.calls else ()
     return Seen(found, not trace.raised, trace.is_real, tuple(end))
 
@@ -188,10 +161,10 @@ def passed_by(trace: Trace) -> Mapping[str, int]:
     return Counter(trait for call in trace.calls for trait in traits.of_call(call))
 
 
-def of_beginnings(trace: Trace, salt: str, *, with_aspects: bool) -> Mapping[str, frozenset[str]]:
+def of_beginnings(trace: Trace, *, with_aspects: bool) -> Mapping[str, frozenset[str]]:
     """Return by aspect the digests after each call of a test cell; or of all that came alone."""
     found: dict[str, set[str]] = {}
     for number in range(1, len(trace.calls) + 1):
-        for aspect, some in _of(trace.calls[:number], salt, with_aspects).items():
+        for aspect, some in _of(trace.calls[:number], with_aspects).items():
             found.setdefault(aspect, set()).update(some)
     return {aspect: frozenset(some) for aspect, some in found.items()}

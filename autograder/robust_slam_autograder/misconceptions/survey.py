@@ -15,7 +15,6 @@ from dataclasses import replace
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
-from robust_slam_autograder.executor.seeds import PUBLIC_SEED
 from robust_slam_autograder.misconceptions import bench as benches
 from robust_slam_autograder.misconceptions.bench import Bench, Setting
 from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
@@ -42,76 +41,52 @@ def shapes_of(
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield those that a label may fit.
 
-    The arguments are those of ``measured``.
-    """
-    for candidate, shape in measured(setting, exercise, choice, with_aspects):
-        if shape.is_known or (with_aspects and shape.has_ends):
-            yield candidate, shape
-
-
-def measured(
-    setting: Setting,
-    exercise: str,
-    choice: Choice,
-    with_aspects: bool = False,
-    longer: float = 1.0,
-) -> Iterator[tuple[Candidate, Shape]]:
-    """Run candidates on an exercise's cases, and yield each with what these saw.
-
     Args:
-        setting: the test cells and their seed.
+        setting: the test cells.
         exercise: its name.
         choice: which candidates, always in the same order.
         with_aspects: whether these are wanted too.
-        longer: by what factor a candidate may take longer than others do.
 
     Raises:
         ValueError: the solution itself loses a case.
     """
     start, is_over = 0, False
     while not is_over:
-        work = functools.partial(_measured, setting, exercise, choice, start, with_aspects, longer)
+        work = functools.partial(_measured, setting, exercise, choice, start, with_aspects)
         try:
             for number, candidate, shape in guarded.guarded(work):
                 start = number + 1
-                yield candidate, shape
+                if shape.is_known or (with_aspects and shape.has_ends):
+                    yield candidate, shape
             is_over = True
         except Overrun:
             start += 1
 
 
 def _measured(
-    setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool, longer: float
+    setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool
 ) -> Iterator[tuple[int, Candidate, Shape]]:
     bench = benches.bench(setting)
     right = bench.right(exercise, with_aspects=False)
-    seconds = longer * seconds_of(bench, exercise, right)
+    began = time.process_time()
+    bench.shape(exercise, bench.names, right)
     started = time.process_time()
+    seconds = max(SHORTEST, TIMES_LONGER * (started - began))
     for number, candidate in enumerate(choice(bench)):
         if time.process_time() - started > MOST:
             return
         if number >= start:
             mine = seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)
-            shape = shape_of(bench, exercise, candidate, right, mine, with_aspects=with_aspects)
-            yield number, candidate, shape
+            yield number, candidate, _shape(bench, exercise, candidate, right, mine, with_aspects)
 
 
-def seconds_of(bench: Bench, exercise: str, right: Right) -> float:
-    """Return how much processor time a candidate may take, by what the solution takes."""
-    began = time.process_time()
-    bench.shape(exercise, bench.names, right)
-    return max(SHORTEST, TIMES_LONGER * (time.process_time() - began))
-
-
-def shape_of(
+def _shape(
     bench: Bench,
     exercise: str,
     candidate: Candidate,
     right: Right,
     seconds: float,
-    *,
-    with_aspects: bool = False,
-    like: Shape | None = None,
+    with_aspects: bool,
 ) -> Shape:
     """Run a candidate as ``Bench.shape`` does; what raises by itself, or takes long, is lost."""
     with (
@@ -121,7 +96,7 @@ def shape_of(
         _soon(seconds),
     ):
         names = candidate.names(bench, exercise)
-        return bench.shape(exercise, names, right, with_aspects=with_aspects, like=like)
+        return bench.shape(exercise, names, right, with_aspects=with_aspects)
     return Shape(lost=True)
 
 
@@ -143,20 +118,25 @@ def _soon(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[Candidate]:
-    """Return one candidate for each way to be wrong that has a name."""
+def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:
+    """Return what an exercise's wrong answers come to, with a label for each that has one.
+
+    Raises:
+        ValueError: the solution itself loses a case.
+    """
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
-    groups = alike(
-        (replace(candidate, fails=tuple(shape.failed)), shape.keys())
-        for candidate, shape in shapes_of(setting, exercise, choice)
-        if counts(candidate, shape)
+    found = shapes_of(setting, exercise, choice)
+    return labelled(
+        table(setting, exercise),
+        ((candidate, shape.keys()) for candidate, shape in found if counts(candidate, shape)),
     )
-    found = [one for group in groups.values() if (one := chosen(group)) is not None]
-    public = replace(setting, seed=PUBLIC_SEED, whole=False)
-    seen = measured(
-        public, exercise, lambda bench: found, with_aspects=True, longer=WRITTEN_LONGER
-    )
-    return [replace(one, seen=next(iter(shape.all_keys()), "")) for one, shape in seen]
+
+
+def labelled(table: Table, found: Iterable[tuple[Candidate, tuple[str, ...]]]) -> Table:
+    """Return a table with the labels of candidates, of which the keys are known."""
+    named = {key: chosen(group) for key, group in alike(found).items()}
+    labels = {key: one.sentence if one else "" for key, one in named.items()}
+    return replace(table, labels=sealed(labels))
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
@@ -179,33 +159,17 @@ def alike(
     return found
 
 
-def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
-    """Return what an exercise's wrong answers come to in a setting.
+def table(setting: Setting, exercise: str) -> Table:
+    """Return an exercise's table without labels.
 
     Raises:
         ValueError: the solution itself loses a case.
     """
-    (rest,) = guarded.guarded(lambda: iter([right_of(benches.bench(setting), exercise)]))
-    found = shapes_of(setting, exercise, lambda bench: known)
-    return replace(rest, labels=one_each((one, shape.keys()) for one, shape in found))
+    (found,) = guarded.guarded(lambda: iter([_table(benches.bench(setting), exercise)]))
+    return found
 
 
-def one_each(found: Iterable[tuple[Candidate, Sequence[str]]]) -> dict[str, str]:
-    """Return sealed labels by the first of their keys; empty where two candidates have it."""
-    labels: dict[str, str] = {}
-    for candidate, keys in found:
-        for key in keys[:1]:
-            if labels.setdefault(key, candidate.sentence) != candidate.sentence:
-                labels[key] = ""
-    return sealed(labels)
-
-
-def right_of(bench: Bench, exercise: str) -> Table:
-    """Return a table without labels.
-
-    Raises:
-        ValueError: the solution itself loses a case.
-    """
+def _table(bench: Bench, exercise: str) -> Table:
     first = next(iter(bench.functions(exercise).values()), None)
     right = bench.right(exercise)
     return Table({}, right, arguments_of(first), tuple(sorted(bench.words.get(exercise, ()))))

@@ -34,7 +34,7 @@ Right = Mapping[str, Mapping[str, frozenset[str]]]
 
 @dataclass(frozen=True)
 class Table:
-    """What is known of one exercise in one setting."""
+    """What is known of one exercise's visible cases."""
 
     labels: Mapping[str, str]
     """By half of the key, the label, which the key opens; empty where that is not one thing."""
@@ -121,7 +121,7 @@ def _entries(cases: Sequence[tuple[Digests, Digests]]) -> str:
         mine, all_right = set(found[name]), set(right[name])
         is_part = mine <= set(right[f"{AROUND}{place}"])
         is_more = all_right <= set(found[f"{AROUND}{place}"])
-        if not (is_part or is_more) or not mine | all_right:
+        if not (is_part or is_more) or not mine:
             return ""
         told.add(
             "the right entries come back, in another order or form"
@@ -161,10 +161,18 @@ def write(path: Path, tables: Mapping[str, Table]) -> None:
 def read(path: Path) -> dict[str, Table]:
     """Read what ``write`` has written; none where there is no such file, or another one."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        return {name: _table(table) for name, table in data.items()}
+        return made(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
+
+
+def made(data: Mapping[str, Any]) -> dict[str, Table]:
+    """Make the tables of what a file holds of them.
+
+    Raises:
+        TypeError, AttributeError, KeyError: it holds anything else.
+    """
+    return {name: _table(table) for name, table in data.items()}
 
 
 def _table(data: Mapping[str, Any]) -> Table:

@@ -155,14 +155,6 @@ def _row(value: object, kinds: str = "iuf") -> np.ndarray | None:
     return array if array.dtype.kind in kinds else None
 
 
-def shown(found: Iterable[str], texts: Sequence[str]) -> Iterator[str]:
-    """Yield the traits that hold no word but those of some texts."""
-    for trait in found:
-        word = trait.rpartition(" ")[0].partition(_TEXT)[2]
-        if not word or any(word in text for text in texts):
-            yield trait
-
-
 def _kinds(value: object) -> Iterable[str]:
     if isinstance(value, str):
         return {f"{_TEXT}{value}"} if value.isidentifier() else ()

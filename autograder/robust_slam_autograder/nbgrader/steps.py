@@ -56,7 +56,7 @@ class SafeExporter(NotebookExporter):
         super().__init__(**options)  # type: ignore[no-untyped-call]
         self._course = self._converter.coursedir
         self._results = Path(self._course.root) / self.results_directory
-        self._naming: Namer | None = None
+        self._naming = Namer(Path(self._course.root) / layout.MISCONCEPTIONS)
         try:
             self._prepare()
         except AutograderError as error:
@@ -138,7 +138,7 @@ class SafeExporter(NotebookExporter):
                 wall=self._wall,
                 workers=1,
                 report=lambda done: None,
-                naming=self._namer(run.seed),
+                naming=self._naming,
             )
             result = graded.load()
             if result.status == "failed":
@@ -147,12 +147,6 @@ class SafeExporter(NotebookExporter):
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
         return graded_notebook.build(job.assignment, tasks.read(job), result)
-
-    def _namer(self, seed: int) -> Namer:
-        """Return what labels wrong answers, one for all submissions of the batch."""
-        if self._naming is None:
-            self._naming = Namer(Path(self._course.root) / layout.MISCONCEPTIONS, seed)
-        return self._naming
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))

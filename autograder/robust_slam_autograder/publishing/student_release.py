@@ -15,9 +15,7 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.executor.seeds import PUBLIC_SEED
-from robust_slam_autograder.misconceptions import known, survey, tables
-from robust_slam_autograder.misconceptions.bench import Setting
+from robust_slam_autograder.misconceptions import known, tables
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels
@@ -34,8 +32,7 @@ def release(
         tree: the instructor's source tree.
         names: which assignments; all of the tree where empty.
         out: the releases' folder; ``<out>/<name>/`` and ``<out>/<name>.zip`` are replaced.
-        misconceptions: what ``autograder misconceptions`` has written; of the visible cases the
-            release has it too.
+        misconceptions: what ``autograder misconceptions`` has written; the release has it too.
 
     Returns:
         the released notebooks, each with its archive beside its folder.
@@ -97,19 +94,10 @@ def _count_hidden(source: Path, made: Path) -> None:
 
 
 def _label(source: Path, made: Path, misconceptions: Path) -> None:
-    """Let the student's own check name what a wrong answer to a visible case looks like.
-
-    What runs are the released cells, so nothing that only hidden cases know can be in it.
-    """
+    """Let the student's own check name what a wrong answer to a visible case looks like."""
     found = known.read(misconceptions, source.parent.name, source)
-    if found is None:
-        return
-    assignment = assignments.load(source)
-    setting = Setting(source, assignment, PUBLIC_SEED, whole=False)
-    tables.write(
-        made / tables.FILE,
-        {name: survey.table(setting, name, some) for name, some in found.exercises.items()},
-    )
+    if found is not None:
+        tables.write(made / tables.FILE, found.exercises)
 
 
 @contextmanager

@@ -185,7 +185,7 @@ def _problem(wall: Fork) -> str | None:
     if problem:
         return problem
     try:
-        running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
+        running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20, packages=()))
     except (GraderFailure, OSError) as error:
         return str(error)
     try:

@@ -17,6 +17,7 @@ import signal
 import socket
 import struct
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -40,7 +41,13 @@ def main() -> None:
     sys.path[:] = [*settings["path"], settings["grader"]]
     sys.argv[:] = [""]
     from robust_slam_autograder import temporary
-    from robust_slam_autograder.sandbox import access_times, cgroup, root_filesystem, view
+    from robust_slam_autograder.sandbox import (
+        access_times,
+        cgroup,
+        copied_view,
+        root_filesystem,
+        view,
+    )
     from robust_slam_autograder.student.imports import Installed
 
     server: Server = pickle.load(sys.stdin.buffer)
@@ -49,6 +56,8 @@ def main() -> None:
     except ProcessLookupError:  # it was killed meanwhile
         temporary.remove(server.home)
         raise
+    if server.namespaces:
+        server = replace(server, view=copied_view.enter(server.home, server.files))
     # What a student's process may not import later shall not be in its memory already.
     sys.path.pop()
     Installed(**settings["installed"]).install()
@@ -63,10 +72,14 @@ def main() -> None:
         root_filesystem.steps(server.files)
         if not server.namespaces:
             access_times.settle(view.readable(server.files))
-        _leave_the_starter()
+        if child := _leave_the_starter():
+            copied_view.note(server.home, child)
+            os.write(1, READY)
+            os._exit(0)
         try:
             serve(listener, owner, server)
         finally:
+            copied_view.leave(server.home)
             temporary.remove(server.home)
 
 
@@ -121,16 +134,16 @@ def _keep(connection: socket.socket, server: Server) -> None:
         os._exit(0)
 
 
-def _leave_the_starter() -> None:
-    """Go on in a child: who started the server need not wait for its end."""
-    if os.fork():
-        os.write(1, READY)
-        os._exit(0)
+def _leave_the_starter() -> int:
+    """Go on in a child, whose number the starter gets: that need not wait for the server's end."""
+    if child := os.fork():
+        return child
     # A signal for the starter's group, such as Ctrl-C, is not for the servers.
     os.setsid()
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1, 2):
         os.dup2(null, descriptor)
+    return 0
 
 
 if __name__ == "__main__":

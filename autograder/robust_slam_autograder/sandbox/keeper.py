@@ -52,11 +52,13 @@ class Server:
         namespaces: whether each gets namespaces and a root of its own; else Landlock
             alone keeps it from files.
         files: what they may read.
+        view: what stands before a path where these files are taken from.
     """
 
     home: Path
     namespaces: bool
     files: Files
+    view: str = ""
 
 
 def keep(
@@ -78,7 +80,8 @@ def keep(
     with _scratch(server, uid) as scratch, cgroup.made() as group:
         try:
             if server.namespaces:
-                _leave_namespaces()
+                system.leave(*NAMESPACES)
+                socket.sethostname("sandbox")
             child = os.fork()
         except OSError as error:
             connection.send(str(error).encode())
@@ -105,16 +108,6 @@ def _scratch(server: Server, uid: int | None) -> Iterator[Path | None]:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _leave_namespaces() -> None:
-    uid, gid = os.getuid(), os.getgid()
-    system.unshare(*(() if uid == 0 else ("user",)), *NAMESPACES)
-    socket.sethostname("sandbox")
-    if uid != 0:
-        Path("/proc/self/setgroups").write_text("deny")
-        Path("/proc/self/uid_map").write_text(f"{uid} {uid} 1")
-        Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
 
 
 def _watch(connection: socket.socket, child: int, server: Server, scratch: Path | None) -> None:
@@ -202,7 +195,7 @@ def _settle(scratch: Path | None) -> None:
 
 def _enter_root(server: Server) -> None:
     system.unshare("mount")
-    root_filesystem.enter(server.home / "root", server.files)
+    root_filesystem.enter(server.home / "root", server.files, server.view)
     child = os.fork()
     if child:
         _be_the_first_process(child)

@@ -19,7 +19,7 @@ could leave a message for another. Nothing that student code needs reads it."""
 _SMALL = f"size={SCRATCH_BYTES},nr_inodes={SCRATCH_FILES},mode=1777"
 
 
-def enter(root: Path, files: Files) -> None:
+def enter(root: Path, files: Files, view: str = "") -> None:
     """Build the private root and make it this process's.
 
     The caller has a mount namespace of its own.
@@ -27,6 +27,7 @@ def enter(root: Path, files: Files) -> None:
     Args:
         root: an empty folder to build it on.
         files: what it holds.
+        view: what stands before a path where these files are taken from.
 
     Raises:
         OSError: the kernel refuses a mount.
@@ -39,7 +40,9 @@ def enter(root: Path, files: Files) -> None:
     # Before the rest, which may be in the machine's /tmp.
     _mount_tmpfs(root / "tmp", _SMALL)
     for act, path in steps(files):
-        act(path, f"{root}{path}")
+        act(f"{view}{path}", f"{root}{path}")
+    for name in DEVICES:
+        _show(f"/dev/{name}", f"{root}/dev/{name}")
     for font in files.fonts:
         _show(str(font), f"{root}/tmp/{font.name}")
     system.make_read_only(str(root))
@@ -69,7 +72,7 @@ def steps(files: Files) -> tuple[tuple[Step, str], ...]:
                 made.add(parent)
                 found.append((_make, str(parent)))
         found.append((_show if is_shown else _cover, str(path)))
-    return (*found, *((_show, f"/dev/{name}") for name in DEVICES))
+    return tuple(found)
 
 
 def _make(path: str, place: str) -> None:

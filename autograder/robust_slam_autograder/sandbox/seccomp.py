@@ -5,9 +5,10 @@ walls: namespaces and mounts of its own (with them it could mount as much memory
 it likes), sockets with a name or a larger buffer, memory that belongs to no process, key
 rings, asynchronous input and output (which one sandbox could use up for all), leases and watches
 on files, and whatever acts on another process. Refused too is what tells of the whole machine: how
-full its disks and its memory are, and which pages of files are in its cache, or what puts them in
-or out. All sandboxes share these, so one could leave a message there for another. The list follows
-the kernel's tables (arch/x86/entry/syscalls, include/uapi/asm-generic).
+full its disks and its memory are, what is mounted where, and which pages of files are in its
+cache, or what puts them in or out. All sandboxes share these, so one could leave a message there
+for another. The list follows the kernel's tables (arch/x86/entry/syscalls,
+include/uapi/asm-generic).
 
 Locks on files seem to succeed and do nothing. A real one could be held on a file that every
 sandbox and the grader share, and many small ones take the kernel's memory; refused, they would
@@ -61,7 +62,7 @@ _REFUSED_EVERYWHERE = (
     *(428, 429, 430, 431, 432, 433, 442),  # open_tree move_mount fs… fspick mount_setattr
     *(438, 440, 447, 448),  # pidfd_getfd process_madvise memfd_secret process_mrelease
     *(444, 445, 446),  # landlock_create_ruleset landlock_add_rule landlock_restrict_self
-    451,  # cachestat
+    *(451, 457, 458),  # cachestat statmount listmount
 )
 """New calls have one number on every architecture."""
 _FLOCK = (73, 32)

@@ -7,6 +7,7 @@ import os
 import platform
 import signal
 import struct
+from pathlib import Path
 
 NEW_NAMESPACE = {
     "mount": 0x00020000,
@@ -54,6 +55,23 @@ def unshare(*names: str) -> None:
     _checked(f"unshare({', '.join(names)})", _libc.unshare(flags))
 
 
+def leave(*names: str) -> None:
+    """Leave namespaces as ``unshare`` does: who is not root may, in a namespace of users too."""
+    uid, gid = os.getuid(), os.getgid()
+    unshare(*(() if uid == 0 else ("user",)), *names)
+    if uid != 0:
+        Path("/proc/self/setgroups").write_text("deny")
+        Path("/proc/self/uid_map").write_text(f"{uid} {uid} 1")
+        Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
+
+
+def join(process: int, *names: str) -> None:
+    """Go to namespaces of a process, of which this is a descriptor, that left its own as above."""
+    names = (*(() if os.getuid() == 0 else ("user",)), *names)
+    flags = sum(NEW_NAMESPACE[name] for name in names)
+    _checked(f"setns({', '.join(names)})", _libc.setns(process, flags))
+
+
 def mount(source: str, target: str, kind: str = "", flags: int = 0, data: str = "") -> None:
     """Mount a file system, or bind a folder or a file."""
     texts = [text.encode() or None for text in (source, target, kind)]
@@ -81,8 +99,13 @@ def enter_root(folder: str) -> None:
     """Make a mount the root of all paths, and drop the old root."""
     os.chdir(folder)
     call(_PIVOT_ROOT[platform.machine()], b".", b".")
-    _checked("umount", _libc.umount2(b".", _DETACH))
+    unmount(".")
     os.chdir("/")
+
+
+def unmount(folder: str) -> None:
+    """Take a mount away; what still uses it keeps it."""
+    _checked(f"umount {folder}", _libc.umount2(folder.encode(), _DETACH))
 
 
 def forbid_new_privileges() -> None:

@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import jsonschema
 import numpy as np
@@ -19,9 +20,9 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci import gradescope
 from robust_slam_autograder.ci.gradescope import as_gradescope
-from robust_slam_autograder.grading import journal
+from robust_slam_autograder.executor import seeds
+from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
-from robust_slam_autograder.grading.tasks import Handed
 from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
 from tests import as_user, depth
@@ -183,17 +184,17 @@ def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
 def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     submit, container, wall_name
 ):
-    value = submit(toy.answer(double="def double(x):\n    return 4 * np.asarray(x)\n"))
+    value = submit(toy.answer(double="def double(x):\n    return np.nan * np.asarray(x)\n"))
     assert value["score"] == toy.MOST - 10
     seen, failed = [test for test in value["tests"] if test.get("status") == "failed"]
     assert seen["visibility"] == "visible"
     assert failed["visibility"] == "after_published"
     assert failed["output"] == "Try negative numbers."
     (told,) = [test for test in value["tests"] if test["name"] == "double: what it looks like"]
-    assert told["output"] == "It looks as if what comes back is twice what it should be."
-    assert told["visibility"] == "after_published" and "score" not in told
-    notebook = Handed(data=(container / "submission" / f"{toy.NAME}.ipynb").read_bytes())
-    seed = gradescope.seed_of((container / "source" / "seed").read_bytes(), notebook)
+    assert told["output"] == "It looks as if NaN comes back."
+    assert told["visibility"] == "visible" and "score" not in told
+    data = (container / "submission" / f"{toy.NAME}.ipynb").read_bytes()
+    seed = seeds.of_submission(int((container / "source" / "seed").read_text()), data)
     assert not [text for text in toy.hidden_inputs(seed) if text in json.dumps(value)]
     assert toy.CANARY not in json.dumps(value)
     refused = submit({"no": "notebook"})
@@ -201,20 +202,15 @@ def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     assert refused["output"].startswith("Not graded: ")
 
 
-def test_a_changed_notebook_meets_other_inputs_and_the_same_one_the_same(tmp_path, monkeypatch):
-    """Hand-ins repeat: with one seed for all of them, each would tell more of the same inputs."""
+def test_the_archives_secret_is_the_batchs(tmp_path, monkeypatch):
+    """Hand-ins repeat: hidden inputs follow from it and the notebook, as in every batch."""
     toy.make_tree(tmp_path / "source")
     (tmp_path / "source" / "seed").write_text("7\n")
-    seeds = []
-    opened = journal.open_journal
-    monkeypatch.setattr(
-        journal, "open_journal", lambda out, seed: seeds.append(seed) or opened(out, seed)
-    )
+    toy.write(tmp_path / "submission" / "a.ipynb", toy.answer())
     monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"none": Unsandboxed()})
-    for more in ([], [], [toy.cell("# again")]):
-        toy.write(tmp_path / "submission" / "a.ipynb", toy.answer(toy.DOUBLE, toy.APPLY, *more))
+    with mock.patch.object(batch, "grade", side_effect=batch.grade) as graded:
         assert gradescope.main(tmp_path) == 0
-    assert seeds[0] == seeds[1] != seeds[2] and seeds[0] not in (0, 7)
+    assert graded.call_args.kwargs["run"].seed == 7
 
 
 def test_where_no_sandbox_works_there_is_no_mark(tmp_path, monkeypatch, capsys):

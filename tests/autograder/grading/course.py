@@ -8,6 +8,7 @@ from pathlib import Path
 
 from robust_slam_autograder.grading import batch, journal
 from robust_slam_autograder.grading.batch import Graded, Graders
+from robust_slam_autograder.grading.naming import Naming, nameless
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
@@ -59,6 +60,7 @@ def grade(
     wall: Sandbox | None = None,
     given: list[Job] | None = None,
     graders: Graders = batch.processes,
+    naming: Naming = nameless,
 ) -> list[Graded]:
     """Grade a course, by default two submissions at a time on this machine."""
     return batch.grade(
@@ -69,6 +71,7 @@ def grade(
         workers=workers,
         report=report,
         graders=graders,
+        naming=naming,
     )
 
 

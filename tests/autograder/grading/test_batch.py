@@ -1,4 +1,4 @@
-"""A batch: one seed, one result each, whatever the order, the neighbours or a kill."""
+"""A batch: one secret, one result each, whatever the order, the neighbours or a kill."""
 
 from __future__ import annotations
 
@@ -161,21 +161,25 @@ def test_a_call_that_nothing_interrupts_is_the_students_timeout(
     assert len(started) == 4, "nothing was graded once more"
 
 
-def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path) -> None:
+def test_hidden_inputs_follow_from_the_secret_and_the_notebooks_bytes(course: Path) -> None:
     path = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
     value = toy.source_notebook()
     value["cells"][3]["source"] = RANDOM
     toy.write(path, value)
-    leave(course, "ada", "dot")
-    toy.hand_in(course / "submitted", "dot", toy.answer())
-    seen = {}
+    leave(course, "ada")
+    for n in range(8):
+        other = toy.answer(toy.DOUBLE, toy.APPLY, toy.cell(f"# {n}"))
+        for student in (f"dot-{n}", f"eve-{n}"):
+            toy.hand_in(course / "submitted", student, other)
+    seen = []
     for seed in (2, 3):
         first, again = (grade(course, f"out-{seed}-{n}", seed) for n in (1, 2))
         assert marks(first) == marks(again)
-        scores = {item.load().score for item in first}
-        assert len(scores) == 1, "every student has the same inputs"
-        seen[seed] = scores.pop()
-    assert seen == {2: 14, 3: 20}
+        scores = {item.path.parent.name: item.load().score for item in first}
+        assert all(scores[f"dot-{n}"] == scores[f"eve-{n}"] for n in range(8)), "the same bytes"
+        assert set(scores.values()) == {14, 20}, "other bytes have other inputs"
+        seen.append(scores)
+    assert seen[0] != seen[1], "another secret gives other inputs"
 
 
 def test_each_student_is_graded_with_a_number_of_their_own(course: Path) -> None:

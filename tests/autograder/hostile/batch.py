@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import layout
+from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.misconceptions import known, survey
 from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.known import Known
@@ -125,7 +126,7 @@ def attack(name: str, wall: str) -> Report:
 def _label(course: Course) -> None:
     """Find out how answers can be wrong: labels must tell nothing of hidden inputs either."""
     tests = course.root / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    setting = Setting(tests, assignments.load(tests), SEED + 1, whole=True)
+    setting = Setting(tests, assignments.load(tests))
     found = {name: survey.survey(setting, name, []) for name in setting.assignment.exercises}
     folder = course.root / layout.MISCONCEPTIONS
     known.write(folder, toy.NAME, Known(known.digest(tests), "", found))
@@ -160,14 +161,19 @@ def _report(
     """Look at what became of everything."""
     target, found = course.target, results(course, entries)
     marks = {name: earned(value, target) for name, value in found.items()}
-    texts = leaks.secrets(target, SEED) | {token: "the token"} | SHARED
+    files = [path for path in course.root.glob("submitted/**/*.ipynb") if path.is_file()]
+    own = {SEED, *(seeds.of_submission(SEED, path.read_bytes()) for path in files)}
+    texts = leaks.secrets(target, *own) | {token: "the token"} | SHARED
+    drawn = (leaks.drawn(target, seed) for seed in own)
+    out, pages = leaks.places(course.out, said), leaks.places(course.pages)
     lost = [(entry, verdict.under_graded(entry, marks, target)) for entry in entries]
     return Report(
         submissions=len(entries),
         inflated=_sentences(verdict.inflated(e, marks, target, BASELINES) for e in entries),
         leaks=(
-            *leaks.shown(course.out, said, texts),
-            *leaks.shown(course.pages, (), texts | {SCRIPT: "a student's script"}),
+            *leaks.shown(out, texts),
+            *leaks.shown(pages, texts | {SCRIPT: "a student's script"}),
+            *leaks.numbers_shown(out | pages, drawn),
         ),
         harmed=(
             *_sentences(sentence for entry, sentence in lost if not entry.kind),

@@ -33,12 +33,14 @@ GRADEBOOK = "gradebook.db"
 HIDDEN_LINE = "a line of a hidden test"
 
 
-def secrets(target: Target, seed: int) -> dict[str, str]:
+def secrets(target: Target, *seeds: int) -> dict[str, str]:
     """Texts that must not show anywhere, each with what it is."""
-    found = dict.fromkeys(hidden_lines(target), HIDDEN_LINE)
-    public = set(numbers(recorded(target, PUBLIC_SEED)))
-    found |= dict.fromkeys(set(numbers(recorded(target, seed))) - public, "a hidden number")
-    return found | {str(seed): "the seed"}
+    return dict.fromkeys(hidden_lines(target), HIDDEN_LINE) | {str(one): "a seed" for one in seeds}
+
+
+def drawn(target: Target, seed: int) -> set[str]:
+    """The long numbers that cross in a hidden pass alone."""
+    return {*numbers(recorded(target, seed))} - {*numbers(recorded(target, PUBLIC_SEED))}
 
 
 def hidden_lines(target: Target) -> set[str]:
@@ -101,19 +103,17 @@ def numbers(value: Any) -> Iterator[str]:
         yield from [digits[0]] if digits else []
 
 
-def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[str]:
-    """Which secrets show in a folder's files, or in what a command said.
-
-    Args:
-        folder: the results' folder.
-        said: what the command said.
-        texts: the secrets, each with what it is.
-    """
+def places(folder: Path, said: Iterable[str] = ()) -> dict[str, bytes]:
+    """Return what students and the public may see: a folder's files, and what commands said."""
     files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
     public = [path for path in files if path.name not in PRIVATE]
-    places = {str(path.relative_to(folder)): path.read_bytes() for path in public}
-    places |= {f"output {n}": text.encode() for n, text in enumerate(said)}
-    places |= {"the gradebook's comments": _comments(folder / GRADEBOOK)}
+    found = {str(path.relative_to(folder)): path.read_bytes() for path in public}
+    found |= {f"output {n}": text.encode() for n, text in enumerate(said)}
+    return found | {"the gradebook's comments": _comments(folder / GRADEBOOK)}
+
+
+def shown(places: Mapping[str, bytes], texts: Mapping[str, str]) -> list[str]:
+    """Which secrets show there, of texts with what they are."""
     # In a page < stands as &lt;, in JSON a quote as \".
     spellings = (str, html.escape, lambda text: json.dumps(text)[1:-1])
     wanted = [({spell(text).encode() for spell in spellings}, text) for text in texts]
@@ -124,6 +124,15 @@ def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[s
         if any(needle in data for needle in needles)
         and (place, texts[text]) != (GRADEBOOK, HIDDEN_LINE)
     ]
+
+
+def numbers_shown(places: Mapping[str, bytes], drawn: Iterable[set[str]]) -> list[str]:
+    """Which long numbers show there, of sets that are looked at one by one."""
+    there: dict[str, str] = {}
+    for place, data in places.items():
+        there |= dict.fromkeys(_FIRST_DIGITS.findall(data.decode(errors="replace")), place)
+    hidden = (one for some in drawn for one in some & there.keys())
+    return [f"a hidden number in {there[one]}: {one}" for one in hidden]
 
 
 def _comments(database: Path) -> bytes:

@@ -17,6 +17,7 @@ from robust_slam_autograder.sandbox.fork import Forked
 
 from tests.autograder.killing import lives, wait_for
 from tests.autograder.sandbox.probing import LAUNCH, processes_of
+from tests.autograder.sessions import started
 from tests.conftest import working
 
 pytestmark = pytest.mark.sandbox
@@ -29,7 +30,7 @@ def wall() -> Fork:
     return Fork()
 
 
-def started(wall: Fork, launch: Launch = LAUNCH) -> Forked:
+def launched(wall: Fork, launch: Launch = LAUNCH) -> Forked:
     running = wall.start(launch)
     assert running.await_ready() is None
     return running
@@ -91,7 +92,7 @@ def test_servers_and_students_end_with_their_owner(
 
 
 def test_a_student_does_not_outlive_its_keeper(wall: Fork) -> None:
-    running = started(wall)
+    running = launched(wall)
     server = min(processes_of(wall.home), key=lambda process: process.create_time())
     (keeper,) = server.children()
     keeper.kill()
@@ -102,7 +103,7 @@ def test_a_student_does_not_outlive_its_keeper(wall: Fork) -> None:
 def test_a_stopped_student_leaves_nothing_but_a_server_that_no_other_user_may_ask(
     wall: Fork,
 ) -> None:
-    running = started(wall)
+    running = launched(wall)
     assert len(processes_of(wall.home)) > 1
     running.stop()
     wait_for(lambda: len(processes_of(wall.home)) == 1)
@@ -118,7 +119,7 @@ def test_a_server_that_was_killed_is_started_again(wall: Fork) -> None:
     (server,) = processes_of(wall.home)
     server.kill()
     wait_for(lambda: not lives(server))  # its sockets are closed later than its memory
-    started(wall).stop()
+    launched(wall).stop()
 
 
 def test_what_the_grader_itself_needs_cannot_be_withheld(wall: Fork) -> None:
@@ -129,4 +130,31 @@ def test_what_the_grader_itself_needs_cannot_be_withheld(wall: Fork) -> None:
 def test_a_withheld_module_is_not_imported_ahead() -> None:
     """Its code would be in the student's memory, whatever the files say."""
     name = ("json.tool",)
-    started(Fork(), Launch(withheld=name, used=(), cpu_seconds=20, preload=name)).stop()
+    launched(Fork(), Launch(withheld=name, used=(), cpu_seconds=20, preload=name)).stop()
+
+
+LOOK = """
+import os, time
+FOLDER = os.path.dirname(os.__file__)
+def took(path):
+    began = time.perf_counter_ns()
+    os.path.exists(path)
+    return time.perf_counter_ns() - began
+def look():
+    names = [f"{FOLDER}/none-{n}" for n in range(2000)]
+    first, again = (sorted(map(took, names))[1000] for _ in range(2))
+    size = os.path.getsize(f"{FOLDER}/json/tool.py")
+    return first / again, size, os.stat(FOLDER).st_dev
+"""
+
+
+def test_the_servers_share_a_copy_that_forgets_what_it_is_asked_for(wall: Fork) -> None:
+    """What one withholds is not seen when the next server's view needs it in the same copy."""
+    fresh, names = Fork(), ("look",)
+    withheld = started(LOOK, names=names, withheld=("json.tool",), wall=fresh)
+    with withheld as one, started(LOOK, names=names, wall=fresh) as other:
+        (again, nothing, device), (_, size, same) = (
+            session.bindings()["look"]() for session in (one, other)
+        )
+    assert nothing == 0 < size and device == same
+    assert again < 1.5, "a disk remembers a name that is not there, and answers thrice as fast"

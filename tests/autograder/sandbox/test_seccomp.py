@@ -57,11 +57,13 @@ def refused(error: int) -> int:
 
 @pytest.mark.parametrize("machine", CALLS)
 def test_what_acts_on_others_is_refused(machine: str) -> None:
-    """And what tells which pages of files are in the machine's cache, or changes that."""
+    """And what tells of the machine's mounts and which pages are in its cache, or changes that."""
     calls = CALLS[machine]
     for name in set(calls) - {"read", "clone"}:
         assert decide(machine, calls[name]) == refused(errno.EPERM), name
     assert decide(machine, calls["clone"], first=0x10000000 | 17) == refused(errno.EPERM)
+    for statmount_or_listmount in (457, 458):
+        assert decide(machine, statmount_or_listmount) == refused(errno.EPERM)
     assert decide(machine, 435) == refused(errno.ENOSYS)
 
 
