@@ -29,12 +29,7 @@ SPLITS = 5
 
 
 def named(name: str, exercise: str) -> tuple[list[tuple[str, Answer, str]], list[str]]:
-    """Name an exercise's answers by others.
-
-    Returns:
-        where each wrong answer stands that was taken away, it, and its name or nothing; and the
-        right ones that fail a case.
-    """
+    """Return an exercise's wrong answers with their names, and right ones that fail a case."""
     path = answers.SOLUTIONS / name / f"{name}.ipynb"
     setting = Setting(path, assignment_module.load(path))
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
@@ -54,9 +49,8 @@ def named(name: str, exercise: str) -> tuple[list[tuple[str, Answer, str]], list
             if survey.counts(one, shape) and not (one.origin == WRITTEN and one.source in gone)
         )
         table = survey.labelled(rest, left)
-        for one in unseen:
-            said = table.sentence(shapes.get(one.source, Shape()))
-            told.append((f"{name[:2]}/{exercise}", one, said))
+        said = (table.sentence(shapes.get(one.source, Shape())) for one in unseen)
+        told += [(f"{name[:2]}/{exercise}", *pair) for pair in zip(unseen, said, strict=True)]
     return told, [one.name for one in mine if one.is_right and one.source in shapes]
 
 

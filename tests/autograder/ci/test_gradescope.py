@@ -203,7 +203,6 @@ def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
 
 
 def test_the_archives_secret_is_the_batchs(tmp_path, monkeypatch):
-    """Hand-ins repeat: hidden inputs follow from it and the notebook, as in every batch."""
     toy.make_tree(tmp_path / "source")
     (tmp_path / "source" / "seed").write_text("7\n")
     toy.write(tmp_path / "submission" / "a.ipynb", toy.answer())

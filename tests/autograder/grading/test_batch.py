@@ -168,8 +168,8 @@ def test_hidden_inputs_follow_from_the_secret_and_the_notebooks_bytes(course: Pa
     toy.write(path, value)
     leave(course, "ada")
     for n in range(8):
-        other = toy.answer(toy.DOUBLE, toy.APPLY, toy.cell(f"# {n}"))
         for student in (f"dot-{n}", f"eve-{n}"):
+            other = toy.answer(toy.DOUBLE, toy.APPLY, toy.cell(f"# {n}"))
             toy.hand_in(course / "submitted", student, other)
     seen = []
     for seed in (2, 3):

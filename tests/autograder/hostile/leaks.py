@@ -131,8 +131,7 @@ def numbers_shown(places: Mapping[str, bytes], drawn: Iterable[set[str]]) -> lis
     there: dict[str, str] = {}
     for place, data in places.items():
         there |= dict.fromkeys(_FIRST_DIGITS.findall(data.decode(errors="replace")), place)
-    hidden = (one for some in drawn for one in some & there.keys())
-    return [f"a hidden number in {there[one]}: {one}" for one in hidden]
+    return [f"a hidden number in {there[n]}: {n}" for some in drawn for n in some & there.keys()]
 
 
 def _comments(database: Path) -> bytes:
