@@ -6,7 +6,6 @@ pipe. A case earns its points only when this side reached the end of its cell.
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import os
 import signal
@@ -34,11 +33,10 @@ from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
+    called_by,
     compiled,
     names_read,
     plain_python,
-    tree_of,
-    used_names,
 )
 
 ALARM_GRACE = 0.5
@@ -98,15 +96,13 @@ class Cases:
 
     def _stop_callers(self, hung: Case, lost: Endings) -> Endings:
         """Return the exercises that are stopped, because their code calls what has hung."""
-        first = self.assignment.owner(hung.exercise)
-        slow = {name: name for name, cell in self._owners().items() if cell == first}
+        slow = set(self.assignment.names_of(hung.exercise))
+        sources = [piece.source for piece in self.session.program.pieces]
         for exercise in self.assignment.exercises:
-            owner = self.assignment.owner(exercise)
-            called = slow.keys() & _names_called(self._cells().get(owner, ""))
-            if called and owner != first and exercise not in lost:
-                self.stopped[exercise] = slow[min(called)]
-                mine = (name for name, cell in self._owners().items() if cell == owner)
-                slow |= dict.fromkeys(mine, self.stopped[exercise])
+            names = self.assignment.names_of(exercise)
+            called = slow & called_by(names, sources)
+            if called and slow.isdisjoint(names) and exercise not in lost:
+                self.stopped[exercise] = min(called)
         return dict.fromkeys(self.stopped, Ending.TIMEOUT)
 
     def explain(self, case: Case, ending: Ending, error: Exception | None) -> Told:
@@ -270,13 +266,6 @@ class Cases:
         if isinstance(cell_error, SessionFault):
             return Ending(cell_error.kind)
         return Ending.FAILED
-
-
-def _names_called(source: str) -> set[str]:
-    """Return the names that a student's cell reads from its module."""
-    tree = tree_of(plain_python(source))
-    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    return read & used_names(*tree.body)
 
 
 @contextlib.contextmanager

@@ -11,9 +11,11 @@ import importlib.abc
 import importlib.util
 import sys
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+
+from robust_slam_autograder.protocol.notebook import do_nothing
 
 NOTEBOOK_PACKAGES = ("IPython", "tqdm")
 """Always allowed: they show things in a notebook."""
@@ -21,6 +23,7 @@ _COMPANIONS = {"matplotlib": ("mpl_toolkits", "pylab")}
 """Further modules that come with a package."""
 NOT_INSTALLED = ("ensurepip", "idlelib", "lib2to3", "test", "tkinter", "turtledemo", "venv")
 """Parts of the standard library that are not in the sandbox: windows, installers, tests."""
+_DRAWING = ("matplotlib", "matplotlib.pyplot")
 _NATIVE = ("ctypes", "_ctypes")
 _PROGRAMS = ("subprocess", "_posixsubprocess", "pty")
 _NETWORK = (
@@ -88,10 +91,30 @@ def student_builtins(packages: Sequence[str], withheld: Sequence[str]) -> types.
                 sentence = refusal(module, packages)
                 if sentence is not None and not _within(module, withheld):
                     raise ModuleNotFoundError(sentence, name=module)
-        return plain_import(name, globals, locals, fromlist or (), level)
+        found = plain_import(name, globals, locals, fromlist or (), level)
+        draw_nowhere()
+        return found
 
     found.__dict__["__import__"] = checked_import
     return found
+
+
+def draw_nowhere() -> None:
+    """Have every graphical back end be Agg, which needs no window, under whatever name."""
+    names = {name: vars(sys.modules.get(name, types)) for name in _DRAWING}
+    switch = names["matplotlib.pyplot"].get("switch_backend")
+    if switch is not None and not isinstance(switch, _Agg):
+        names["matplotlib.pyplot"]["switch_backend"] = _Agg(switch)
+    if "rcParams" in names["matplotlib"]:
+        names["matplotlib"]["use"] = do_nothing
+
+
+class _Agg:
+    def __init__(self, switch: Callable[[str], None]) -> None:
+        self._switch = switch
+
+    def __call__(self, newbackend: str) -> None:
+        self._switch("agg")
 
 
 class Withheld(importlib.abc.MetaPathFinder):
