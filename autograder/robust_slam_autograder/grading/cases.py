@@ -23,7 +23,7 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     shows_answers,
 )
-from robust_slam_autograder.grading import causes, explain, wording
+from robust_slam_autograder.grading import causes, explain, pythons, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
@@ -38,6 +38,7 @@ from robust_slam_autograder.reading.source import (
     names_read,
     plain_python,
 )
+from robust_slam_autograder.reading.submission import OWN
 
 ALARM_GRACE = 0.5
 """The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
@@ -59,6 +60,8 @@ class Cases:
     seed: int
     calls: explain.Calls | None = None
     """Calls of the student's functions, recorded in the visible pass alone."""
+    python: tuple[int, int] | None = None
+    """The student's own, where the notebook says it."""
     trace: Trace = field(default_factory=Trace)
     """What the student's functions returned in the case that runs."""
     seen: dict[str, Seen] = field(default_factory=dict)
@@ -160,7 +163,10 @@ class Cases:
             return ""
         owner = self.assignment.owner(case.exercise)
         cell = self._cells().get(wording.elsewhere(error, self._owners()) or owner, "")
-        return causes.of(error, cell, self.assignment.config.causes)
+        own = self.session.errors.get(OWN) if isinstance(error, NameError) else None
+        told = wording.lost(own) if isinstance(own, StudentError) else ""
+        told += causes.of(error, cell, self.assignment.config.causes)
+        return told + pythons.remark(error, self.python, self.session.program.pieces)
 
     def _cells(self) -> dict[str, str]:
         return {piece.label: piece.source for piece in self.session.program.pieces}
