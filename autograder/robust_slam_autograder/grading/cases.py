@@ -163,9 +163,10 @@ class Cases:
             return ""
         owner = self.assignment.owner(case.exercise)
         cell = self._cells().get(wording.elsewhere(error, self._owners()) or owner, "")
-        own = self.session.errors.get(OWN) if isinstance(error, NameError) else None
-        told = wording.lost(own) if isinstance(own, StudentError) else ""
-        told += causes.of(error, cell, self.assignment.config.causes)
+        told = causes.of(error, cell, self.assignment.config.causes)
+        own = self.session.errors.get(OWN)
+        if isinstance(error, NameError) and isinstance(own, StudentError):
+            error, told = own, told + wording.lost(own)
         return told + pythons.remark(error, self.python, self.session.program.pieces)
 
     def _cells(self) -> dict[str, str]:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from robust_slam_autograder.executor.session import StudentError
 from robust_slam_autograder.reading.assignment import Piece
+from robust_slam_autograder.student.imports import REFUSED
 
 OURS = sys.version_info[:2]
 _MAY_BE_NEW = (SyntaxError, ImportError, AttributeError)
@@ -35,7 +36,7 @@ def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequenc
 
     Args:
         error: what the student's code raised.
-        written: the notebook's Python, where known.
+        written: the notebook's Python; None where it does not say, and only this one is named.
         pieces: the student's code; what fails in an own cell is lacking in others.
     """
     name = (
@@ -43,6 +44,8 @@ def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequenc
     )
     own = (piece.source for piece in pieces if piece.own)
     is_lost = name and any(re.search(rf"\b{name[1]}\b", source) for source in own)
+    if written is None and isinstance(error, _MAY_BE_NEW[:2]) and REFUSED not in str(error):
+        return f"\n{shown(OURS)} runs it here: what only a newer one knows fails."
     if written is None or written <= OURS or not (is_lost or isinstance(error, _MAY_BE_NEW)):
         return ""
     return (

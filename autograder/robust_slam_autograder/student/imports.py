@@ -19,6 +19,7 @@ from robust_slam_autograder.protocol.notebook import do_nothing
 
 NOTEBOOK_PACKAGES = ("IPython", "tqdm")
 """Always allowed: they show things in a notebook."""
+REFUSED = "in this assignment"
 _COMPANIONS = {"matplotlib": ("mpl_toolkits", "pylab")}
 """Further modules that come with a package."""
 NOT_INSTALLED = ("ensurepip", "idlelib", "lib2to3", "test", "tkinter", "turtledemo", "venv")
@@ -56,7 +57,7 @@ def refusal(module: str, packages: Sequence[str]) -> str | None:
     if is_standard(module) and not _within(module, NOT_HARMLESS):
         return None
     return (
-        f"{module} is not available in this assignment, which allows "
+        f"{module} is not available {REFUSED}, which allows "
         f"{', '.join([*packages, *NOTEBOOK_PACKAGES])} and those parts of the standard library "
         "that need no window, native code, other program or network."
     )
@@ -133,7 +134,7 @@ class Withheld(importlib.abc.MetaPathFinder):
 def withheld_sentence(module: str) -> str:
     """Say why a module is not there."""
     return (
-        f"{module} is withheld in this assignment: "
+        f"{module} is withheld {REFUSED}: "
         "it holds the answer that you are asked to write yourself."
     )
 
