@@ -23,9 +23,9 @@ from robust_slam_autograder.reading.source import defines
 OWN = "own cell"
 FENCE = "```"
 """Begins code that is quoted in a text."""
-TURN_BACK = "select it, press Esc and Y, and it is code again."
-MOVE_OUT = "it counts; a cell above the check is the place for it."
-_KINDS = {"markdown": "a Markdown cell", "raw": "a raw cell"}
+TURN_BACK = " and was read as code: select it, press Esc and Y, and it is code again."
+MOVE_OUT = ": it counts, but a cell above the check is the place for it."
+KINDS = {"markdown": "a Markdown cell", "raw": "a raw cell"}
 MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
 DATABASE_VARIABLE = "ROBUST_SLAM_GRADEBOOK"
@@ -54,26 +54,27 @@ def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
     What stands in an exercise's cell counts, be it code or text, and so does what any other cell
     of code defines, be it a check's. The checks themselves never come from here.
     """
-    tests = {case.grade_id for case in assignment.cases}
     owned, missing = owners(cells, assignment)
-    texts = [_own_text(cell, assignment) for cell in cells]
-    pieces = (
-        Piece(owned.get(n, OWN), text, own=n not in owned or cells[n].grade_id in tests)
-        for n, text in enumerate(texts)
-        if n in owned or (cells[n].kind == "code" and text.strip() not in assignment.given)
-    )
+    tests = {case.grade_id: case.visible.strip() for case in assignment.cases}
+    pieces: list[Piece] = []
+    notes = list(_notes(cells, assignment, owned, missing))
+    for n, cell in enumerate(cells):
+        text = _own_text(cell, assignment)
+        is_code, is_test = cell.kind == "code", cell.grade_id in tests
+        if text.strip() and (n in owned or (is_code and text.strip() not in assignment.given)):
+            pieces.append(Piece(owned.get(n, OWN), text, own=n not in owned or is_test))
+        if n in owned and not is_code:
+            notes.append(f"The cell {owned[n]} is {KINDS.get(cell.kind, 'no code')}{TURN_BACK}")
+        if is_test and is_code and (mine := [x for x in assignment.names if defines(text, [x])]):
+            notes.append(f"{', '.join(mine)} was found in the check {cell.grade_id}{MOVE_OUT}")
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
-    return Submission(
-        tuple(piece for piece in pieces if piece.source.strip()),
-        missing,
-        tuple(_notes(cells, assignment, owned, missing)),
-        tuple(
-            case.grade_id
-            for case in assignment.cases
-            if not any(f"\n{case.visible.strip()}\n" in source for source in code)
-        ),
-        cells.python if isinstance(cells, Notebook) else None,
-    )
+    altered = [
+        key
+        for key, check in tests.items()
+        if check and not any(f"\n{check}\n" in text for text in code)
+    ]
+    python = cells.python if isinstance(cells, Notebook) else None
+    return Submission(tuple(pieces), missing, tuple(notes), tuple(altered), python)
 
 
 def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:
@@ -117,7 +118,7 @@ def _notes(
     owned: Mapping[int, str],
     missing: Collection[str],
 ) -> Iterator[str]:
-    """Yield a sentence on each answer that is not where and what it was released as."""
+    """Yield a sentence on each answer that is not in one cell, where it was released."""
     ids = [cell.grade_id for cell in cells]
     for grade_id, count in Counter(owned.values()).items():
         if ids.count(grade_id) > 1:
@@ -126,17 +127,6 @@ def _notes(
         if one.grade_id not in ids:
             place = "not found" if one.grade_id in missing else "found by its function's name"
             yield f"The cell {one.grade_id} was {place}."
-    for n, grade_id in sorted(owned.items()):
-        if cells[n].kind != "code":
-            kind = _KINDS.get(cells[n].kind, "no code")
-            yield f"The cell {grade_id} is {kind} and was read as code: {TURN_BACK}"
-    tests = {case.grade_id for case in assignment.cases}
-    for cell in cells:
-        if cell.grade_id in tests and cell.kind == "code":
-            text = _own_text(cell, assignment)
-            mine = [name for name in assignment.names if defines(text, [name])]
-            if mine:
-                yield f"{', '.join(mine)} was found in the check {cell.grade_id}: {MOVE_OUT}"
 
 
 def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
