@@ -99,7 +99,9 @@ def run(
     result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
-    if hints is not None and any(len(tests.hints(one)) > hints for one in lines.failed):
+    if hints is not None and any(
+        len(tests.config.hints.get(one, ())) > hints for one in lines.failed
+    ):
         print(HINTS.format(hints + 1))
     print(terminal.check_end(result, tests.hidden_cases))
     return result, tests
@@ -126,7 +128,7 @@ class _Lines:
             ]
             exercise = replace(exercise, message="".join([exercise.message, *because[:1]]))
             self.failed.append(name)
-        place, hints = tests.config.place(name), tests.hints(name)[: self._hints]
+        place, hints = tests.config.place(name), tests.config.hints.get(name, ())[: self._hints]
         line = terminal.check_line(exercise, tests.hidden_cases, place, hints)
         print(line, file=self._out, flush=True)
         self._say_next()

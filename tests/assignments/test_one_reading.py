@@ -13,6 +13,7 @@ import pytest
 from robust_slam_autograder import self_check
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook, submission
@@ -47,7 +48,7 @@ def split(cells: Cells, name: str, *, keeps: bool = True) -> None:
     at = place(cells, name)
     head, mark, tail = text(cells[at]).rpartition("\ndef ")
     if mark:
-        other = deepcopy(cells[at]) if keeps else deepcopy(cells[at]) | {"metadata": {}}
+        other = deepcopy(cells[at]) | ({} if keeps else {"metadata": {}})
         cells[at]["source"], other["source"] = head, f"def {tail}"
         cells.insert(at + 1, other)
 
@@ -63,49 +64,44 @@ def merge_with_test(cells: Cells, name: str, *, is_test: bool) -> None:
     merge(cells, at, other, other if is_test else at)
 
 
-def merge_with_the_test_above(cells: Cells, name: str) -> None:
+def merge_above(cells: Cells, name: str) -> None:
+    """Merge it into the last check of the exercise before."""
     at = place(cells, name)
-    above = max((cells.index(c) for c in cells[:at] if "-" in grade_id(c)), default=None)
-    if above is not None:
-        merge(cells, above, at, above)
-
-
-def merge_below(cells: Cells, name: str) -> None:
-    merge(cells, place(cells, name), place(cells, name) + 1, place(cells, name))
+    above = [n for n, cell in enumerate(cells[:at]) if "-" in grade_id(cell)]
+    if above:
+        merge(cells, above[-1], at, above[-1])
 
 
 def type_into_test(cells: Cells, name: str) -> None:
     """Leave the stub, and write the answer below the first check."""
-    answer = cells[place(cells, name)]
-    test = checks_of(cells, name)[0]
+    answer, test = cells[place(cells, name)], checks_of(cells, name)[0]
     test["source"] = f"{text(test)}\n\n{text(answer)}"
     answer["source"] = f"def {name}(*args, **kwargs):\n    raise NotImplementedError"
 
 
-def copy(cells: Cells, name: str, *, last: bool = False) -> None:
-    cell = deepcopy(cells[place(cells, name)])
-    cells.insert(len(cells) if last else place(cells, name), cell)
+def copy(cells: Cells, name: str, to: int) -> None:
+    cells.insert(to, deepcopy(cells[place(cells, name)]))
 
 
-def move(cells: Cells, name: str, to: int) -> None:
-    cells.insert(to, cells.pop(place(cells, name)))
-
-
-def retype(kind: str, cells: Cells) -> None:
+def change(cells: Cells, **fields: object) -> None:
     for cell in cells:
-        cell["cell_type"] = kind
+        cell.update(fields)
 
 
-def strip(cells: Cells) -> None:
-    for cell in cells:
-        cell["metadata"] = {}
+def answer_of(cells: Cells, name: str) -> Cells:
+    return [cells[place(cells, name)]]
 
 
-def lose_tests(cells: Cells, name: str) -> None:
+def lose_checks(cells: Cells, name: str) -> None:
     cells[:] = [cell for cell in cells if not grade_id(cell).startswith(f"{name}-")]
 
 
-def edit_tests(cells: Cells, name: str) -> None:
+def lose_all(cells: Cells, name: str) -> None:
+    lose_checks(cells, name)
+    del cells[place(cells, name)]
+
+
+def edit_checks(cells: Cells, name: str) -> None:
     for cell in checks_of(cells, name):
         cell["source"] = f"x = {name}\n{text(cell)}\nprint(x)"
 
@@ -116,39 +112,36 @@ def windows(cells: Cells, name: str) -> None:
 
 
 Change = Callable[[Cells, str], object]
+BARE: dict[str, Any] = {"metadata": {}}
 CHANGES: dict[str, Change] = {
     "split": split,
     "split, half without id": lambda cells, name: split(cells, name, keeps=False),
     "merged with its check": lambda cells, name: merge_with_test(cells, name, is_test=False),
     "merged into its check": lambda cells, name: merge_with_test(cells, name, is_test=True),
-    "merged into the check above": merge_with_the_test_above,
-    "merged with what is below": merge_below,
-    "typed into a check": type_into_test,
-    "copied": copy,
-    "copied to the end": lambda cells, name: copy(cells, name, last=True),
-    "moved to the end": lambda cells, name: move(cells, name, len(cells)),
-    "moved to the start": lambda cells, name: move(cells, name, 0),
-    "Markdown": lambda cells, name: retype("markdown", [cells[place(cells, name)]]),
-    "raw": lambda cells, name: retype("raw", [cells[place(cells, name)]]),
-    "without id": lambda cells, name: strip([cells[place(cells, name)]]),
-    "Markdown without id": lambda cells, name: (
-        retype("markdown", [cells[place(cells, name)]]),
-        strip([cells[place(cells, name)]]),
+    "merged into the check above": merge_above,
+    "merged with what is below": lambda cells, name: merge(
+        cells, place(cells, name), place(cells, name) + 1, place(cells, name)
     ),
+    "typed into a check": type_into_test,
+    "copied": lambda cells, name: copy(cells, name, place(cells, name)),
+    "copied to the end": lambda cells, name: copy(cells, name, len(cells)),
+    "moved to the end": lambda cells, name: cells.append(cells.pop(place(cells, name))),
+    "moved to the start": lambda cells, name: cells.insert(0, cells.pop(place(cells, name))),
+    "Markdown": lambda cells, name: change(answer_of(cells, name), cell_type="markdown"),
+    "raw": lambda cells, name: change(answer_of(cells, name), cell_type="raw"),
+    "without id": lambda cells, name: change(answer_of(cells, name), **BARE),
+    "raw without id": lambda cells, name: change(answer_of(cells, name), cell_type="raw", **BARE),
     "with Windows' lines": windows,
-    "checks deleted": lose_tests,
-    "checks Markdown": lambda cells, name: retype("markdown", checks_of(cells, name)),
-    "checks raw": lambda cells, name: retype("raw", checks_of(cells, name)),
-    "checks without id": lambda cells, name: strip(checks_of(cells, name)),
-    "checks edited": edit_tests,
-    "all metadata lost": lambda cells, name: strip(cells),
+    "checks deleted": lose_checks,
+    "checks Markdown": lambda cells, name: change(checks_of(cells, name), cell_type="markdown"),
+    "checks raw": lambda cells, name: change(checks_of(cells, name), cell_type="raw"),
+    "checks without id": lambda cells, name: change(checks_of(cells, name), **BARE),
+    "checks edited": edit_checks,
+    "all metadata lost": lambda cells, name: change(cells, **BARE),
 }
 LOSES: dict[str, Change] = {
     "deleted": lambda cells, name: cells.pop(place(cells, name)),
-    "deleted with its checks": lambda cells, name: (
-        cells.pop(place(cells, name)),
-        lose_tests(cells, name),
-    ),
+    "deleted with its checks": lose_all,
 }
 """Changes after which an exercise has no answer any more."""
 
@@ -186,12 +179,8 @@ def read(value: dict[str, Any], tests: Assignment) -> submission.Submission:
     return submission.collect(notebook.parse(json.dumps(value).encode(), "a.ipynb"), tests)
 
 
-def passed(result: Any) -> dict[str, bool]:
-    return {
-        exercise.name: exercise.status == "passed"
-        for exercise in result.exercises
-        if exercise.cases
-    }
+def passed(result: Result) -> dict[str, bool]:
+    return {exercise.name: exercise.status == "passed" for exercise in result.exercises}
 
 
 @pytest.mark.parametrize("name", answers.assignments())
@@ -208,13 +197,13 @@ def test_both_pick_the_same_code_after_each_change_to_each_exercise(
             theirs.visible.strip(),
         )
     tried = 0
-    for change in (CHANGES | LOSES).values():
+    for how in (CHANGES | LOSES).values():
         for exercise in graded.exercises:
             value = json.loads(written(name, released, 0))
-            change(value["cells"], exercise)
+            how(value["cells"], exercise)
             found = read(value, described)
             assert found == read(value, graded)
-            assert bool(found.missing) == (change in LOSES.values())
+            assert bool(found.missing) == (how in LOSES.values())
             tried += 1
     assert tried == len(CHANGES | LOSES) * len(graded.exercises)
 
@@ -239,7 +228,7 @@ def test_check_passes_what_the_visible_cases_of_the_grade_pass(
     for number, exercise in enumerate(reversed(graded.exercises)):
         CHANGES[changes[(first + number) % (len(changes) - 1)]](value["cells"], exercise)
     if wrong == 2:
-        strip(value["cells"])
+        change(value["cells"], **BARE)
     result, _ = self_check.run(answers.write(tmp_path / f"{name}.ipynb", value))
     assert passed(result) == grade(value) == before
     assert wrong == 0 or not all(before.values())

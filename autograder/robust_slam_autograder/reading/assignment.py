@@ -177,10 +177,6 @@ class Assignment:
         found = Counter(case.exercise for case in self.cases if case.has_hidden)
         return dict(found) or self.config.hidden
 
-    def hints(self, exercise: str) -> tuple[str, ...]:
-        """Return an exercise's hints, each telling more than the one before."""
-        return tuple(self.config.hints.get(exercise, ()))
-
     def names_of(self, exercise: str) -> tuple[str, ...]:
         """Return the names that an exercise's cell is to define."""
         owner = self.owner(exercise)

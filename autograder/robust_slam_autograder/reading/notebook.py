@@ -133,9 +133,8 @@ def parse(data: bytes, name: str) -> Notebook:
 
 def _python(notebook: dict[str, Any]) -> tuple[int, int] | None:
     match notebook.get("metadata"):
-        case {"language_info": {"name": "python", "version": str(version)}}:
-            found = _VERSION.match(version)
-            return (int(found[1]), int(found[2])) if found else None
+        case {"language_info": {"name": "python", "version": str(told)}}:
+            return (int(v[1]), int(v[2])) if (v := _VERSION.match(told)) else None
     return None
 
 

@@ -11,7 +11,7 @@ import importlib.abc
 import importlib.util
 import sys
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 
@@ -24,7 +24,6 @@ _COMPANIONS = {"matplotlib": ("mpl_toolkits", "pylab")}
 """Further modules that come with a package."""
 NOT_INSTALLED = ("ensurepip", "idlelib", "lib2to3", "test", "tkinter", "turtledemo", "venv")
 """Parts of the standard library that are not in the sandbox: windows, installers, tests."""
-_DRAWING = ("matplotlib", "matplotlib.pyplot")
 _NATIVE = ("ctypes", "_ctypes")
 _PROGRAMS = ("subprocess", "_posixsubprocess", "pty")
 _NETWORK = (
@@ -102,20 +101,12 @@ def student_builtins(packages: Sequence[str], withheld: Sequence[str]) -> types.
 
 def draw_nowhere() -> None:
     """Have every graphical back end be Agg, which needs no window, under whatever name."""
-    names = {name: vars(sys.modules.get(name, types)) for name in _DRAWING}
-    switch = names["matplotlib.pyplot"].get("switch_backend")
-    if switch is not None and not isinstance(switch, _Agg):
-        names["matplotlib.pyplot"]["switch_backend"] = _Agg(switch)
-    if "rcParams" in names["matplotlib"]:
-        names["matplotlib"]["use"] = do_nothing
-
-
-class _Agg:
-    def __init__(self, switch: Callable[[str], None]) -> None:
-        self._switch = switch
-
-    def __call__(self, newbackend: str) -> None:
-        self._switch("agg")
+    matplotlib, pyplot = map(sys.modules.get, ("matplotlib", "matplotlib.pyplot"))
+    switch = getattr(pyplot, "switch_backend", do_nothing)
+    if pyplot is not None and switch.__module__ == pyplot.__name__:
+        vars(pyplot)["switch_backend"] = lambda newbackend: switch("agg")
+    if matplotlib is not None:
+        vars(matplotlib)["use"] = do_nothing
 
 
 class Withheld(importlib.abc.MetaPathFinder):
