@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from robust_slam_autograder import sandbox
@@ -20,8 +20,17 @@ from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reading.source import called_by
+from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.reports import clicks, terminal
+
+ALONE = (
+    "{0} stands alone: its exercises and their checks are in the autograder.toml of its zip, and "
+    "{1} has none for it. Unpack the zip in a new folder, and name that: "
+    "autograder check {0} --release FOLDER."
+)
+ALTERED = "Note: gone from the notebook or changed, but run as they were released: {}."
+HINTS = "For a hint on what did not pass, add --hints {}."
 
 
 def check(notebook: str) -> None:
@@ -33,9 +42,8 @@ def check(notebook: str) -> None:
         notebook: its path, for example "05-gnc.ipynb" in the working folder.
     """
     try:
-        result, _ = run(Path(notebook))
-        config = assignments.load_config(_beside(Path(notebook)) / assignments.CONFIG_NAME)
-        _show(clicks.html(result, config.hints))
+        result, tests = run(Path(notebook))
+        _show(clicks.html(result, tests.config.hints))
     except AutograderError as error:
         print(f"autograder: {log_line(str(error))}", file=sys.stderr)
 
@@ -51,20 +59,21 @@ def _show(page: str) -> None:
 
 
 def run(
-    given: Path, release: Path | None = None, hints: int = 0
-) -> tuple[Result, Mapping[str, int] | None]:
+    given: Path, release: Path | None = None, hints: int | None = None
+) -> tuple[Result, Assignment]:
     """Run the visible tests of a notebook, and print a line for each exercise as it ends.
 
     Args:
         given: the notebook.
-        release: a folder with releases to take the tests from, in place of the notebook's own.
-        hints: how many to print for each exercise that does not pass.
+        release: a release's folder, or one with releases, in place of what is beside the notebook.
+        hints: how many to print for each exercise that does not pass; None says nothing of them.
 
     Returns:
-        what they found, and per exercise how many hidden cases there are, where that is known.
+        what they found, and the assignment as the release describes it.
 
     Raises:
-        WrongUse: there is no such notebook or release, or it cannot be read.
+        WrongUse: there is no such notebook or release, it cannot be read, or the notebook stands
+            alone.
         GraderFailure: the set-up cells do not work.
     """
     path = Path(os.path.abspath(given))
@@ -74,18 +83,13 @@ def run(
         raise WrongUse(f"{given} is a folder: name the notebook in it.")
     try:
         cells = notebook.read(path)
+        folder, tests = _released(path, release)
     except Refused as error:
         raise WrongUse(str(error)) from error
-    if release is None:
-        tests, whose = _own_tests(cells, path), "in it"
-        known = tables.read(_beside(path) / tables.FILE)
-    else:
-        original = _released(release, path)
-        tests, whose = assignments.load(original), f"of {original}"
-        known = tables.read(original.parent / tables.FILE)
-    print(f"Checking {given}: the visible cases {whose}.")
+    known = tables.read(folder / tables.FILE)
+    print(f"Checking {given}: the visible cases of {tests.name}.")
     code = submission.collect(cells, tests)
-    lines = _Lines(tests, hints)
+    lines = _Lines(tests, code, hints or 0)
     mine = marking.Whose("", tests, code, town=None)
     wall = sandbox.choose(unsandboxed=True)
 
@@ -93,25 +97,39 @@ def run(
         return known[exercise].sentence(shape) if exercise in known else ""
 
     result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
+    if code.altered:
+        print(ALTERED.format(", ".join(code.altered)))
+    if hints is not None and any(
+        len(tests.config.hints.get(one, ())) > hints for one in lines.failed
+    ):
+        print(HINTS.format(hints + 1))
     print(terminal.check_end(result, tests.hidden_cases))
-    return result, tests.hidden_cases
+    return result, tests
 
 
 class _Lines:
     """A line for each exercise as it ends; on a terminal also the name of the one that runs."""
 
-    def __init__(self, tests: Assignment, hints: int) -> None:
-        self._hidden = tests.hidden_cases
-        self._config, self._hints = tests.config, hints
-        self._left = list(tests.exercises)
+    def __init__(self, tests: Assignment, code: Submission, hints: int) -> None:
+        self._tests, self._hints = tests, hints
+        self._sources = [piece.source for piece in code.pieces]
+        self._left, self.failed = list(tests.exercises), list[str]()
         self._out = sys.stdout  # while tests run, what they print goes nowhere
         self._say_next()
 
     def write(self, exercise: ExerciseResult) -> None:
-        self._left.remove(exercise.name)
-        place = self._config.place(exercise.name)
-        hints = self._config.hints.get(exercise.name, ())[: self._hints]
-        line = terminal.check_line(exercise, self._hidden, place, hints)
+        name, tests = exercise.name, self._tests
+        self._left.remove(name)
+        if exercise.status != "passed":
+            called = called_by(tests.names_of(name), self._sources)
+            guilty = [one for one in self.failed if called.intersection(tests.names_of(one))]
+            because = [
+                f"\n{name} calls {one}, which does not pass: begin there." for one in guilty
+            ]
+            exercise = replace(exercise, message="".join([exercise.message, *because[:1]]))
+            self.failed.append(name)
+        place, hints = tests.config.place(name), tests.config.hints.get(name, ())[: self._hints]
+        line = terminal.check_line(exercise, tests.hidden_cases, place, hints)
         print(line, file=self._out, flush=True)
         self._say_next()
 
@@ -120,32 +138,20 @@ class _Lines:
             print(f"… {self._left[0]}", end="\r", file=self._out, flush=True)
 
 
-def _own_tests(cells: Sequence[Cell], path: Path) -> Assignment:
-    config = assignments.load_config(_beside(path) / assignments.CONFIG_NAME)
-    return assignments.from_cells(
-        _first_of_each(cells), name=path.parent.name, notebook=path.stem, config=config
-    )
+def _released(path: Path, release: Path | None) -> tuple[Path, Assignment]:
+    """Find the folder that came with a notebook, and what it says of the assignment.
 
+    It is the given one, else the notebook's own; or one in there that is named as the notebook
+    begins, for in the browser notebooks are side by side, and copies have longer names.
 
-def _beside(path: Path) -> Path:
-    """Return the folder of a notebook's settings.
-
-    In the browser notebooks are side by side, and each has a folder of its own for them.
+    Raises:
+        WrongUse: there is none.
     """
-    places = (path.parent, path.parent / path.stem)
-    return next((one for one in places if (one / assignments.CONFIG_NAME).is_file()), places[0])
-
-
-def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:
-    """Leave out the copies that a student made of a cell; in a source tree they are an error."""
-    first = {cell.grade_id: cell for cell in reversed(cells)}
-    return [cell for cell in cells if not cell.grade_id or first[cell.grade_id] is cell]
-
-
-def _released(folder: Path, path: Path) -> Path:
-    if not folder.is_dir():
-        raise WrongUse(f"There is no folder {folder}: --release DIR names the release's.")
-    for name in (path.stem, path.parent.name):
-        if (folder / name).is_dir():
-            return assignments.notebook_path(folder / name)
-    raise WrongUse(f"{folder} has no release for {path.name}: name the notebook as it was.")
+    if release is not None and not release.is_dir():
+        raise WrongUse(f"There is no folder {release}: --release DIR names the release's.")
+    top = release or path.parent
+    beside = [one for one in sorted(top.glob("*/")) if path.stem.startswith(one.name)]
+    for folder in (top, top / path.parent.name, *reversed(beside)):
+        if (tests := assignments.released(folder)) is not None:
+            return folder, tests
+    raise WrongUse(ALONE.format(path.name, top))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook as notebook_module
 from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
 from robust_slam_autograder.reading.submission import Submission, collect
@@ -157,6 +160,14 @@ def make_tree(folder: Path, config: str = "", value: dict[str, Any] | None = Non
     default = "" if "packages = " in config else f"packages = {json.dumps(PACKAGES)}\n"
     (tree / NAME / "autograder.toml").write_text(default + config, encoding="utf-8")
     return tree
+
+
+@functools.cache
+def described() -> str:
+    """The ``autograder.toml`` of a release, which says what a student's own check runs."""
+    with tempfile.TemporaryDirectory() as folder:
+        (path,) = release(make_tree(Path(folder)), [], Path(folder, "release"))
+        return path.with_name("autograder.toml").read_text(encoding="utf-8")
 
 
 def answer(double: str = DOUBLE, apply: str = APPLY, *more: dict[str, Any]) -> dict[str, Any]:

@@ -8,10 +8,12 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from robust_slam_autograder.publishing import course as courses
 
+from tests.as_user import ROOT
 from tests.runtime.conftest import RUNTIME, needs_runtime
 from tools.runtime import __main__ as door
-from tools.runtime import pyodide, wheels
+from tools.runtime import jupyterlite, pyodide, wheels
 from tools.runtime.pyodide import RuntimeUnavailable
 
 CONTENT = {"one.wasm": b"one", "two.whl": b"two"}
@@ -100,6 +102,17 @@ def test_a_run_that_fails_leaves_no_mark_that_all_is_there(
     assert not (tmp_path / door.READY).exists()
 
 
+def test_the_labs_notebooks_say_which_python_wrote_them(tmp_path: Path) -> None:
+    folder = tmp_path / "extensions" / jupyterlite.KERNEL / "static"
+    folder.mkdir(parents=True)
+    script = folder / "154.js"
+    script.write_text(f'info={{name:"python",{jupyterlite.SAYS}"3.8"}},banner:"3.8"')
+    jupyterlite.say_python(tmp_path, "3.12.7")
+    assert script.read_text().endswith(f'{jupyterlite.SAYS}"3.12.7"}},banner:"3.8"')
+    with pytest.raises(RuntimeUnavailable, match="no script of the kernel"):
+        jupyterlite.say_python(tmp_path, "3.12.7")
+
+
 @needs_runtime
 class TestMade:
     """What `make runtime` made."""
@@ -114,6 +127,9 @@ class TestMade:
             sums[name] for name in packages
         }
         assert lock["info"]["version"] == pyodide.VERSION
+        major, minor, _ = lock["info"]["python"].split(".")
+        lab = courses.load(ROOT / "solutions").lab  # what the public does not have
+        assert lab in (None, (int(major), int(minor)))
         for name, digest in sums.items():
             data = (RUNTIME / "pyodide" / name).read_bytes()
             assert hashlib.sha256(data).hexdigest() == digest

@@ -23,6 +23,8 @@ PYTHON = "./../python/pyodide/pyodide.js"
 """Pyodide's address, from the site's."""
 EXTENSIONS = ("@jupyter-widgets/jupyterlab-manager", "anywidget")
 """Extensions of the environment that the site takes, for widgets and live pictures."""
+SAYS = 'pygments_lexer:"ipython3",version:'
+"""Before the version that the kernel has saved in notebooks: always 3.8, whatever it runs."""
 STARTED = (
     *("ssl", "sqlite3", "micropip", "piplite", "ipykernel", "comm", "pyodide_kernel", "jedi"),
     *("ipython", "matplotlib-fontlist"),
@@ -187,9 +189,24 @@ def _write_lock(runtime: Path, out: Path) -> None:
         name = path.name.split("-")[0].replace("_", "-")
         address = os.path.relpath(path, out)
         lock["packages"][name] = wheels.entry(path, name, f"../../lab/{address}", [], [])
+    say_python(out, lock["info"]["python"])
     # The loader reads cells alone, and does not see what the library imports where it needs it.
     lock["packages"]["robust-slam"]["depends"] += ["anywidget", *wheels.ON_PAGES[1:]]
     _write(out / wheels.LOCK, lock)
+
+
+def say_python(out: Path, version: str) -> None:
+    """Have notebooks say which Python wrote them, for the grader's may be an older one.
+
+    Raises:
+        RuntimeUnavailable: the kernel has changed, and does not say 3.8 any more.
+    """
+    for path in (out / "extensions" / KERNEL / "static").glob("*.js"):
+        text = path.read_text(encoding="utf-8")
+        if f'{SAYS}"3.8"' in text:
+            path.write_text(text.replace(f'{SAYS}"3.8"', f'{SAYS}"{version}"'), encoding="utf-8")
+            return
+    raise RuntimeUnavailable("no script of the kernel says that it is Python 3.8: see say_python")
 
 
 def _write(path: Path, value: object) -> None:

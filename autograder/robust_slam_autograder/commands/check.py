@@ -14,7 +14,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("notebook", type=Path, metavar="NOTEBOOK")
     parser.add_argument(
-        "--release", type=Path, metavar="DIR", help="take the tests from the release in DIR"
+        "--release", type=Path, metavar="DIR", help="where the unpacked zip is, or several are"
     )
     parser.add_argument(
         "--markdown", type=Path, metavar="FILE", help="also write what passed, as Markdown"
@@ -32,8 +32,8 @@ def run(options: argparse.Namespace) -> int:
     """Check it; exit status 1 where a test does not pass."""
     if options.markdown is not None:
         places.refuse_unwritable("--markdown", options.markdown)
-    result, hidden = self_check.run(options.notebook, options.release, options.hints)
+    result, tests = self_check.run(options.notebook, options.release, options.hints)
     if options.markdown is not None:
-        text = summary.check_as_markdown(result, hidden)
+        text = summary.check_as_markdown(result, tests.hidden_cases)
         options.markdown.write_text(text, encoding="utf-8")
     return 0 if result.score == result.max_score else 1

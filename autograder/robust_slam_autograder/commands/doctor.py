@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import sys
 from pathlib import Path
 
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import allowed
+from robust_slam_autograder.grading import allowed, pythons
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import cgroup, landlock
 
@@ -33,6 +34,8 @@ def run(options: argparse.Namespace) -> int:
     """Try every back end; exit status 1 where none works or student code sees the tests."""
     who = "root" if os.getuid() == 0 else "an ordinary user"
     print(f"{platform.system()} {platform.release()}, {platform.machine()}, run by {who}")
+    print(f"{pythons.shown(pythons.OURS)} grades what was written in it or in an older one.")
+    places.warn_of_python(options.solutions, sys.stdout)
     problems = {name: wall.problem() for name, wall in sandbox.BACK_ENDS.items()}
     for name, problem in problems.items():
         print(f"✓ works       {name}" if problem is None else f"✗ unusable    {name}: {problem}")

@@ -93,6 +93,7 @@ def run(options: argparse.Namespace) -> int:
 
     gradebook = places.gradebook(options)
     jobs = _find_jobs(options, gradebook)
+    places.warn_of_python(options.solutions)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     _warn_of_old_labels(jobs, options.misconceptions)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)

@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 import functools
 import os
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.grading import pythons
 from robust_slam_autograder.grading.by_hand import Entered
 from robust_slam_autograder.lms import roster as rosters
 from robust_slam_autograder.lms import systems
 from robust_slam_autograder.lms.roster import Roster, Row
+from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
@@ -111,6 +114,13 @@ def gradebook(options: argparse.Namespace) -> Gradebook:
     except GraderFailure as error:
         raise WrongUse(str(error)) from error
     return named
+
+
+def warn_of_python(tree: Path, to: TextIO | None = None) -> None:
+    """Say where students write in a newer Python than this one."""
+    said = pythons.warning(courses.load(tree).lab)
+    if said:
+        print(f"note: {said}", file=to or sys.stderr)
 
 
 def roster(options: argparse.Namespace) -> tuple[Roster, tuple[Row, ...], int]:

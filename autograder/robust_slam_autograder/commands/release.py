@@ -19,6 +19,7 @@ def run(options: argparse.Namespace) -> int:
     """Make it."""
     from robust_slam_autograder.publishing.student_release import release
 
+    places.warn_of_python(options.solutions)
     for path in release(
         options.solutions, options.names, options.out, misconceptions=options.misconceptions
     ):

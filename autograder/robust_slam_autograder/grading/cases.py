@@ -6,7 +6,6 @@ pipe. A case earns its points only when this side reached the end of its cell.
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import os
 import signal
@@ -24,7 +23,7 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     shows_answers,
 )
-from robust_slam_autograder.grading import causes, explain, wording
+from robust_slam_autograder.grading import causes, explain, pythons, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
@@ -34,12 +33,12 @@ from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
+    called_by,
     compiled,
     names_read,
     plain_python,
-    tree_of,
-    used_names,
 )
+from robust_slam_autograder.reading.submission import OWN
 
 ALARM_GRACE = 0.5
 """The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
@@ -61,6 +60,8 @@ class Cases:
     seed: int
     calls: explain.Calls | None = None
     """Calls of the student's functions, recorded in the visible pass alone."""
+    python: tuple[int, int] | None = None
+    """The student's own, where the notebook says it."""
     trace: Trace = field(default_factory=Trace)
     """What the student's functions returned in the case that runs, in the visible pass alone."""
     seen: dict[str, Seen] = field(default_factory=dict)
@@ -98,15 +99,13 @@ class Cases:
 
     def _stop_callers(self, hung: Case, lost: Endings) -> Endings:
         """Return the exercises that are stopped, because their code calls what has hung."""
-        first = self.assignment.owner(hung.exercise)
-        slow = {name: name for name, cell in self._owners().items() if cell == first}
+        slow = set(self.assignment.names_of(hung.exercise))
+        sources = [piece.source for piece in self.session.program.pieces]
         for exercise in self.assignment.exercises:
-            owner = self.assignment.owner(exercise)
-            called = slow.keys() & _names_called(self._cells().get(owner, ""))
-            if called and owner != first and exercise not in lost:
-                self.stopped[exercise] = slow[min(called)]
-                mine = (name for name, cell in self._owners().items() if cell == owner)
-                slow |= dict.fromkeys(mine, self.stopped[exercise])
+            names = self.assignment.names_of(exercise)
+            called = slow & called_by(names, sources)
+            if called and slow.isdisjoint(names) and exercise not in lost:
+                self.stopped[exercise] = min(called)
         return dict.fromkeys(self.stopped, Ending.TIMEOUT)
 
     def explain(self, case: Case, ending: Ending, error: Exception | None) -> Told:
@@ -164,7 +163,11 @@ class Cases:
             return ""
         owner = self.assignment.owner(case.exercise)
         cell = self._cells().get(wording.elsewhere(error, self._owners()) or owner, "")
-        return causes.of(error, cell, self.assignment.config.causes)
+        told = causes.of(error, cell, self.assignment.config.causes)
+        own = self.session.errors.get(OWN)
+        if isinstance(error, NameError) and isinstance(own, StudentError):
+            error, told = own, told + wording.lost(own)
+        return told + pythons.remark(error, self.python, self.session.program.pieces)
 
     def _cells(self) -> dict[str, str]:
         return {piece.label: piece.source for piece in self.session.program.pieces}
@@ -267,13 +270,6 @@ class Cases:
         if isinstance(cell_error, SessionFault):
             return Ending(cell_error.kind)
         return Ending.FAILED
-
-
-def _names_called(source: str) -> set[str]:
-    """Return the names that a student's cell reads from its module."""
-    tree = tree_of(plain_python(source))
-    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    return read & used_names(*tree.body)
 
 
 @contextlib.contextmanager

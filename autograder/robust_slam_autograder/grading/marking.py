@@ -203,7 +203,8 @@ class _Pass:
         lost: dict[str, Told] = {}
         numbers = seeds.environment(self.seed, self.whose.town)
         with self._session(total) as session, numbers, passes.silence():
-            cases = Cases(self.whose.assignment, session, texts, self.seed, calls)
+            python = self.whose.submission.python
+            cases = Cases(self.whose.assignment, session, texts, self.seed, calls, python)
             for case, ending, error in cases.run(faults):
                 told = cases.explain(case, ending, error) if self.is_visible else Told()
                 if ending.is_fault:

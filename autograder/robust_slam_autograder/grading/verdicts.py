@@ -23,8 +23,7 @@ ADVICE: Mapping[ExerciseStatus, str] = {
         "with small numbers."
     ),
     "missing": (
-        "Copy the exercise's cell from the release again, or define its functions under the names "
-        "that the exercise gives them."
+        "Define its functions in a cell of your own, under the names that the exercise gives them."
     ),
     "timeout": (
         "Call your function with a small input. Look for a loop that never ends, "

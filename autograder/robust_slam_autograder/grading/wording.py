@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from robust_slam_autograder.executor.session import SessionFault, StudentError
+from robust_slam_autograder.grading import pythons
 from robust_slam_autograder.grading.explain import HERE, failing_test
 from robust_slam_autograder.grading.results import Compared, Ending, Words
 from robust_slam_autograder.protocol.wire import WireError
@@ -68,6 +69,11 @@ def own(sentence: str) -> Told:
 def left_out(error: NameError) -> Told:
     """Say that a name is missing because the cell that defines it was left out."""
     return _quoting(LEFT_OUT, f": {error}.")
+
+
+def lost(own: StudentError) -> str:
+    """Say on a line of its own that a cell of the student's own could not be read."""
+    return f"\n{_raised('A cell of your own is left out: ', own).message}"
 
 
 def undefined(error: NameError, cell_error: StudentError | SessionFault | None) -> Told:
@@ -137,5 +143,6 @@ def _quoting(gist: str, rest: str, raised: str = "") -> Told:
 
 
 def clip(text: str, most: int = MAX_MESSAGE) -> str:
-    """Cut a text to the length that a message may have."""
+    """Cut a text to the length that a message may have, and folders of this machine from it."""
+    text = pythons.without_paths(text)
     return text if len(text) <= most else text[: most - 1] + "…"

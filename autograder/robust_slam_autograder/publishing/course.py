@@ -80,6 +80,8 @@ class Course:
     repository: Repository = field(default_factory=Repository)
     install: Install = field(default_factory=Install)
     public: Public | None = None
+    lab: tuple[int, int] | None = None
+    """The Python of the assignments in the browser."""
     hand_in: str = HAND_IN
     """How and where students hand in, in one sentence or a few."""
 
@@ -125,10 +127,18 @@ def load(tree: Path) -> Course:
     repository, how = _repository(root / BOOK_NAME), hand_in(root)
     if not path.is_file():
         return Course(tree, repository, hand_in=how)
-    table = read_table(path, {"install": dict, "public": dict})
+    table = read_table(path, {"install": dict, "public": dict, "lab": dict})
     install = _install(path, table.get("install", {}))
     public = _public(path, table["public"]) if "public" in table else None
-    return Course(tree, repository, install, public, how)
+    return Course(tree, repository, install, public, _lab(path, table.get("lab", {})), how)
+
+
+def _lab(path: Path, table: dict[str, Any]) -> tuple[int, int] | None:
+    check_table(path, table, {"python": str})
+    version = re.fullmatch(r"(\d+)\.(\d+)", table.get("python", ""))
+    if table and version is None:
+        raise WrongUse(f'{path}: [lab] has python, such as "3.12".')
+    return (int(version[1]), int(version[2])) if version else None
 
 
 def _install(path: Path, table: dict[str, Any]) -> Install:

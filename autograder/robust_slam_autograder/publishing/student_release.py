@@ -21,6 +21,14 @@ from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading.source import (
+    compiled,
+    defined_names,
+    imports,
+    names_read,
+    plain_python,
+)
 
 
 def release(
@@ -52,7 +60,7 @@ def release(
         packages = wheels.build(course, Path(built))
         for name, source in zip(names, sources, strict=True):
             _run_nbgrader(tree, name, part)
-            _count_hidden(source, part / name)
+            _describe(source, part / name)
             if misconceptions is not None:
                 _label(source, part / name, misconceptions)
             _inspect(source, part / name)
@@ -79,18 +87,47 @@ def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
             raise GraderFailure(f"nbgrader could not release {name}: {_reason(said)}") from error
 
 
-def _count_hidden(source: Path, made: Path) -> None:
-    """Tell the student's own check how many hidden cases there are, and nothing else of them."""
+def _describe(source: Path, made: Path) -> None:
+    """Tell the student's own check what to check, whatever becomes of the notebook.
+
+    That is the released cells of code, of an answer its names alone, and of hidden cases how many
+    there are.
+    """
     assignment = assignments.load(source)
-    if assignment.config.hidden is not None:
-        raise WrongUse(f"{source.parent}: the release writes [hidden] itself: delete it here.")
+    if assignment.config.hidden is not None or assignment.config.cells:
+        raise WrongUse(
+            f"{source.parent}: the release writes [hidden] and [released]: delete them here."
+        )
+    answers = {cell.grade_id: cell.source for cell in notebook.read(source) if cell.solution}
+    cells = json.loads((made / source.name).read_text(encoding="utf-8"))["cells"]
+    for cell in cells:
+        name = cell["metadata"].get("nbgrader", {}).get("grade_id")
+        if name in answers:
+            cell["source"] = _names_alone(answers[name], assignment)
+    kept = ("cell_type", "metadata", "source")
+    code = [{key: one[key] for key in kept} for one in cells if one["cell_type"] == "code"]
+    text = json.dumps({"nbformat": 4, "cells": code}).replace("'", "\\u0027")
     counts = assignment.hidden_cases or {}
-    lines = [f"{json.dumps(name)} = {count}" for name, count in counts.items()]
     path = made / assignments.CONFIG_NAME
-    text = path.read_text(encoding="utf-8").rstrip() + "\n\n" if path.is_file() else ""
-    path.write_text(
-        "\n".join([f"{text}[hidden] # cases that you do not see", *lines, ""]), "utf-8"
-    )
+    before = path.read_text(encoding="utf-8").strip() if path.is_file() else ""
+    lines = [
+        *([before, ""] if before else []),
+        "[hidden] # cases that you do not see",
+        *(f"{json.dumps(name)} = {count}" for name, count in counts.items()),
+        "\n[released] # what `autograder check` runs: the checks in your notebook do not count",
+        f"cells = '{text}'",
+    ]
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+
+
+def _names_alone(answer: str, assignment: Assignment) -> str:
+    """Reduce an answer to the names that it defines, and to imports that visible tests rely on."""
+    answer = plain_python(answer)
+    used = names_read(*(compiled(case.visible, case.grade_id) for case in assignment.cases))
+    lines = [
+        line for line in imports(answer).splitlines() if used & names_read(compiled(line, ""))
+    ]
+    return "\n".join([*lines, *(f"{name} = ..." for name in defined_names(answer))])
 
 
 def _label(source: Path, made: Path, misconceptions: Path) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import defines
 
 
 def by_hand(cell: Cell) -> bool:
@@ -22,11 +22,9 @@ def owners(assignment: Assignment, cells: Sequence[Cell]) -> dict[int, str]:
     """
     known = {cell.grade_id for cell in assignment.marked}
     last = {cell.grade_id: number for number, cell in enumerate(cells) if cell.grade_id in known}
-    for solution in assignment.solutions:
-        if solution.grade_id not in last:
-            for number, cell in enumerate(cells):
-                if cell.kind == "code" and not cell.grade and defines(cell.source, solution.names):
-                    last[solution.grade_id] = number
+    last |= {
+        grade_id: n for n, grade_id in sorted(submission.owners(cells, assignment)[0].items())
+    }
     return {number: grade_id for grade_id, number in last.items() if grade_id is not None}
 
 

@@ -44,6 +44,7 @@ _KEYS = {
     "hints": dict,
     "causes": dict,
     "hidden": dict,
+    "released": dict,
 }
 
 
@@ -70,6 +71,8 @@ class Config:
     """By a text that a student's exception holds, what is most often behind it."""
     hidden: Mapping[str, int] | None = None
     """In a release: per exercise how many of its cases hold checks that students do not see."""
+    cells: str = ""
+    """In a release: its cells of code, as a notebook's JSON, of answers the names alone."""
 
     def place(self, exercise: str) -> str:
         """Say where an exercise's matter stands; empty for an assignment without a chapter."""
@@ -142,7 +145,7 @@ class Assignment:
     cases: tuple[Case, ...]
     config: Config
     given: frozenset[str]
-    """Stripped sources of all the instructor's code cells, to tell the student's own from them."""
+    """What students have of the instructor's code cells, stripped, to tell their own from it."""
     marked: tuple[Cell, ...]
     """All the instructor's cells that have a grade id, for nbgrader's gradebook and formgrader."""
 
@@ -150,6 +153,13 @@ class Assignment:
     def exercises(self) -> tuple[str, ...]:
         """Return the exercises' names in order."""
         return tuple(dict.fromkeys(case.exercise for case in self.cases))
+
+    @functools.cached_property
+    def blocks(self) -> tuple[str, ...]:
+        """Return what is cut from a cell that was merged with it: checks, and no single line."""
+        checks = {case.visible.strip() for case in self.cases} - {""}
+        long = {text for text in self.given if "\n" in text}
+        return tuple(sorted(checks | long, key=len, reverse=True))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -166,6 +176,11 @@ class Assignment:
         """Count each exercise's hidden cases; give None in a release that does not say."""
         found = Counter(case.exercise for case in self.cases if case.has_hidden)
         return dict(found) or self.config.hidden
+
+    def names_of(self, exercise: str) -> tuple[str, ...]:
+        """Return the names that an exercise's cell is to define."""
+        owner = self.owner(exercise)
+        return next((one.names for one in self.solutions if one.grade_id == owner), ())
 
     def owner(self, name: str) -> str:
         """Grade id of the solution cell that an exercise's or a function's name belongs to."""
@@ -262,6 +277,9 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
     tests = [cell for cell in code if cell.grade and not cell.solution]
     if not tests:
         raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
+    cases = tuple(_case(cell, known) for cell in tests)
+    given = [cell.source for cell in code if not cell.solution and not cell.grade]
+    given += ["", *(case.visible for case in cases)]
     return Assignment(
         name=name,
         notebook=notebook,
@@ -271,9 +289,9 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
             dict.fromkeys(name for cell in answers for name in imported_modules(cell.source))
         ),
         solutions=solutions,
-        cases=tuple(_case(cell, known) for cell in tests),
+        cases=cases,
         config=config,
-        given=frozenset(cell.source.strip() for cell in code if not cell.solution),
+        given=frozenset(text.strip() for text in given),
         marked=tuple(cell for cell in cells if cell.grade_id is not None),
     )
 
@@ -355,6 +373,8 @@ def load_config(path: Path) -> Config:
         raise WrongUse(f"{path}: [hints] has for each exercise a list of sentences.")
     for key, kind in (("causes", str), ("hidden", int)):
         check_table(path, table.get(key, {}), dict.fromkeys(table.get(key, {}), kind))
+    released = table.pop("released", {})
+    check_table(path, released, {"cells": str})
     limits = table.pop("limits", {})
     check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
     if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):
@@ -373,4 +393,18 @@ def load_config(path: Path) -> Config:
         packages=tuple(packages),
         withheld=tuple(withheld),
         limits=Limits(**limits),
+        **released,
     )
+
+
+def released(folder: Path) -> Assignment | None:
+    """Read what a release's folder says of its assignment; None where it says nothing.
+
+    Raises:
+        WrongUse: its ``autograder.toml`` is not as the release wrote it.
+    """
+    config = load_config(folder / CONFIG_NAME)
+    if not config.cells:
+        return None
+    cells, name = notebook.parse(config.cells.encode(), CONFIG_NAME), folder.resolve().name
+    return from_cells(cells, name=name, notebook=name, config=config)

@@ -10,6 +10,7 @@ import errno
 import json
 import math
 import os
+import re
 import stat
 import sys
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ MAX_CELLS = 500
 MAX_VALUES = 1_000_000
 """Each value of the JSON may take some 200 bytes of memory, though it is two bytes long."""
 MAX_NAME = 80
+_VERSION = re.compile(r"(\d{1,3})\.(\d{1,3})\b")
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,14 @@ class Cell:
     points: float = 0.0
 
 
-def read(path: Path) -> tuple[Cell, ...]:
+class Notebook(tuple[Cell, ...]):
+    """A notebook's cells, in their order."""
+
+    python: tuple[int, int] | None = None
+    """By the file's own account, the Python that it was written in; None where it does not say."""
+
+
+def read(path: Path) -> Notebook:
     """Read a notebook's cells.
 
     Raises:
@@ -99,7 +108,7 @@ def _open_and_read(path: Path) -> bytes | None:
         os.close(descriptor)
 
 
-def parse(data: bytes, name: str) -> tuple[Cell, ...]:
+def parse(data: bytes, name: str) -> Notebook:
     """Turn a notebook's bytes into cells; ``name`` is the file's name for messages.
 
     Raises:
@@ -117,7 +126,16 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
         raise Refused(f"{name} has no list of cells: open it in JupyterLab and save it.")
     if len(cells) > MAX_CELLS:
         raise Refused(f"{name} has more than {MAX_CELLS} cells: delete those you do not need.")
-    return tuple(_cell(cell, position, name) for position, cell in enumerate(cells, start=1))
+    read = Notebook(_cell(cell, position, name) for position, cell in enumerate(cells, start=1))
+    read.python = _python(notebook)
+    return read
+
+
+def _python(notebook: dict[str, Any]) -> tuple[int, int] | None:
+    match notebook.get("metadata"):
+        case {"language_info": {"name": "python", "version": str(told)}}:
+            return (int(v[1]), int(v[2])) if (v := _VERSION.match(told)) else None
+    return None
 
 
 def _json_object(data: bytes, name: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import contextlib
 import functools
 import re
 import types
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 CELL_MAGICS_THAT_RUN = frozenset({"time", "timeit", "capture", "prun"})
 _CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*\n?")
@@ -121,6 +121,18 @@ def names_read(*codes: types.CodeType) -> set[str]:
         names.update(code.co_names)
         found += [part for part in code.co_consts if isinstance(part, types.CodeType)]
     return names
+
+
+def called_by(names: Iterable[str], sources: Sequence[str]) -> set[str]:
+    """Return the names that what ``names`` stand for reads from its module, and so on."""
+    left = {node for source in sources for node in tree_of(plain_python(source)).body}
+    reached = set(names)
+    while found := {node for node in left if not reached.isdisjoint(_bound_by(node))}:
+        left -= found
+        parts = (part for node in found for part in ast.walk(node))
+        words = {part.id for part in parts if isinstance(part, ast.Name)}
+        reached |= words & used_names(*found)  # without what is an attribute or a local alone
+    return reached
 
 
 def _compiled(statement: ast.stmt) -> list[types.CodeType]:

@@ -1,8 +1,8 @@
 """Which text of a submission counts: its solution cells, and its own definitions.
 
-Cells are matched by grade id, then by the names that they define. Metadata,
-tags, outputs, edited or deleted test cells and extra files do not matter.
-Nothing of a student's text is run or parsed here.
+Cells are matched by grade id, then by the names that they define. Metadata, tags, outputs,
+types of cells, deleted test cells and extra files do not matter. The same is read for a mark and
+for a student's own check. Nothing of a student's text is run or parsed here.
 """
 
 from __future__ import annotations
@@ -11,16 +11,21 @@ import hashlib
 import os
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.reading.assignment import MAX_NAME, Assignment, Piece
-from robust_slam_autograder.reading.notebook import Cell, shown
+from robust_slam_autograder.reading.notebook import Cell, Notebook, shown
 from robust_slam_autograder.reading.source import defines
 
 OWN = "own cell"
+FENCE = "```"
+"""Begins code that is quoted in a text."""
+TURN_BACK = " and was read as code: select it, press Esc and Y, and it is code again."
+MOVE_OUT = ": it counts, but a cell above the check is the place for it."
+KINDS = {"markdown": "a Markdown cell", "raw": "a raw cell"}
 MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
 DATABASE_VARIABLE = "ROBUST_SLAM_GRADEBOOK"
@@ -37,50 +42,91 @@ class Submission:
     """Grade ids of solution cells for which nothing was found."""
     notes: tuple[str, ...]
     """Sentences on what was found in an unusual place."""
+    altered: tuple[str, ...] = ()
+    """Grade ids of cases that do not stand in the notebook's code as they were released."""
+    python: tuple[int, int] | None = None
+    """As ``Notebook.python``."""
 
 
 def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
-    """Pick the student code out of a submission's cells."""
-    code = [cell for cell in cells if cell.kind == "code"]
-    owners, notes = _by_grade_id(code, assignment)
-    missing: set[str] = set()
-    for solution in assignment.solutions:
-        if solution.grade_id in owners.values():
-            continue
-        found = [
-            n
-            for n, cell in enumerate(code)
-            if not cell.grade and defines(cell.source, solution.names)
-        ]
-        place = "was found by its function's name" if found else "was not found"
-        notes.append(f"The cell {solution.grade_id} {place}.")
-        owners = dict.fromkeys(found, solution.grade_id) | owners
-        missing |= set() if found else {solution.grade_id}
-    pieces = (
-        Piece(owners.get(n, OWN), cell.source, own=n not in owners)
-        for n, cell in enumerate(code)
-        if n in owners or _is_own(cell, assignment)
-    )
-    return Submission(tuple(pieces), frozenset(missing), tuple(notes))
+    """Pick the student code out of a notebook's cells: for grading, and for a student's check.
 
-
-def _by_grade_id(code: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], list[str]]:
-    """Cells (by position) that carry a solution's grade id, with a note on each copied one."""
-    known = {solution.grade_id for solution in assignment.solutions}
-    owners = {n: cell.grade_id for n, cell in enumerate(code) if cell.grade_id in known}
-    counts = Counter(owners.values())
-    notes = [
-        f"{grade_id} stands in {count} cells: they ran in order."
-        for grade_id, count in counts.items()
-        if count > 1
+    What stands in an exercise's cell counts, be it code or text, and so does what any other cell
+    of code defines, be it a check's. The checks themselves never come from here.
+    """
+    owned, missing = owners(cells, assignment)
+    tests = {case.grade_id: case.visible.strip() for case in assignment.cases}
+    pieces: list[Piece] = []
+    notes = list(_notes(cells, assignment, owned, missing))
+    for n, cell in enumerate(cells):
+        text = _own_text(cell, assignment)
+        is_code, is_test = cell.kind == "code", cell.grade_id in tests
+        if text.strip() and (n in owned or (is_code and text.strip() not in assignment.given)):
+            pieces.append(Piece(owned.get(n, OWN), text, own=n not in owned or is_test))
+        if n in owned and not is_code:
+            notes.append(f"The cell {owned[n]} is {KINDS.get(cell.kind, 'no code')}{TURN_BACK}")
+        if is_test and is_code and (mine := [x for x in assignment.names if defines(text, [x])]):
+            notes.append(f"{', '.join(mine)} was found in the check {cell.grade_id}{MOVE_OUT}")
+    code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
+    altered = [
+        key
+        for key, check in tests.items()
+        if check and not any(f"\n{check}\n" in text for text in code)
     ]
-    return owners, notes
+    python = cells.python if isinstance(cells, Notebook) else None
+    return Submission(tuple(pieces), missing, tuple(notes), tuple(altered), python)
 
 
-def _is_own(cell: Cell, assignment: Assignment) -> bool:
-    """Whether a cell is the student's, and not one of the instructor's as it was released."""
-    tests = {case.grade_id for case in assignment.cases}
-    return cell.grade_id not in tests and cell.source.strip() not in assignment.given
+def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:
+    """Find the solution cell that each cell (by position) stands for, and those without any.
+
+    It is that of its grade id. Where no cell has the id, or no code defines one of its names,
+    it is the cells that define what is lacking, those of code before those of text.
+    """
+    known = {solution.grade_id for solution in assignment.solutions}
+    owned = {n: cell.grade_id or "" for n, cell in enumerate(cells) if cell.grade_id in known}
+    texts = [_own_text(cell, assignment) for cell in cells]
+    code = [n for n, cell in enumerate(cells) if cell.kind == "code" or n in owned]
+    prose = [n for n in range(len(cells)) if n not in code and FENCE not in texts[n]]
+
+    def defining(places: Iterable[int], names: Sequence[str]) -> list[int]:
+        return [n for n in places if defines(texts[n], names)]
+
+    missing = set()
+    for one in assignment.solutions:
+        has_id = one.grade_id in owned.values()
+        found = [] if has_id else defining(code, one.names)
+        lacking = [name for name in one.names if not defining(code, [name])]
+        found = found or defining(prose, lacking)
+        if not found and not has_id:
+            missing.add(one.grade_id)
+        owned = dict.fromkeys(found, one.grade_id) | owned
+    return owned, frozenset(missing)
+
+
+def _own_text(cell: Cell, assignment: Assignment) -> str:
+    """Return a cell's text without the instructor's that it was merged with; lines stay."""
+    text = f"\n{cell.source}\n"
+    for given in assignment.blocks:
+        text = text.replace(f"\n{given}\n", "\n" * (given.count("\n") + 2))
+    return text[1:-1]
+
+
+def _notes(
+    cells: Sequence[Cell],
+    assignment: Assignment,
+    owned: Mapping[int, str],
+    missing: Collection[str],
+) -> Iterator[str]:
+    """Yield a sentence on each answer that is not in one cell, where it was released."""
+    ids = [cell.grade_id for cell in cells]
+    for grade_id, count in Counter(owned.values()).items():
+        if ids.count(grade_id) > 1:
+            yield f"{grade_id} stands in {count} cells: they ran in order."
+    for one in assignment.solutions:
+        if one.grade_id not in ids:
+            place = "not found" if one.grade_id in missing else "found by its function's name"
+            yield f"The cell {one.grade_id} was {place}."
 
 
 def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:

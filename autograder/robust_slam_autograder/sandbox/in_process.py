@@ -201,13 +201,15 @@ def _hidden_figures() -> Iterator[None]:
         yield
         return
     backend, there = pyplot.get_backend(), set(pyplot.get_fignums())
-    pyplot.switch_backend("agg")
+    use, switch = pyplot.matplotlib.use, pyplot.switch_backend
+    switch("agg")
     try:
         yield
     finally:
         for number in set(pyplot.get_fignums()) - there:
             pyplot.close(number)
-        pyplot.switch_backend(backend)
+        vars(pyplot.matplotlib)["use"], vars(pyplot)["switch_backend"] = use, switch
+        switch(backend)
 
 
 @contextlib.contextmanager

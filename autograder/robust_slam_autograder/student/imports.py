@@ -15,8 +15,11 @@ from collections.abc import Mapping, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 
+from robust_slam_autograder.protocol.notebook import do_nothing
+
 NOTEBOOK_PACKAGES = ("IPython", "tqdm")
 """Always allowed: they show things in a notebook."""
+REFUSED = "in this assignment"
 _COMPANIONS = {"matplotlib": ("mpl_toolkits", "pylab")}
 """Further modules that come with a package."""
 NOT_INSTALLED = ("ensurepip", "idlelib", "lib2to3", "test", "tkinter", "turtledemo", "venv")
@@ -53,7 +56,7 @@ def refusal(module: str, packages: Sequence[str]) -> str | None:
     if is_standard(module) and not _within(module, NOT_HARMLESS):
         return None
     return (
-        f"{module} is not available in this assignment, which allows "
+        f"{module} is not available {REFUSED}, which allows "
         f"{', '.join([*packages, *NOTEBOOK_PACKAGES])} and those parts of the standard library "
         "that need no window, native code, other program or network."
     )
@@ -88,10 +91,22 @@ def student_builtins(packages: Sequence[str], withheld: Sequence[str]) -> types.
                 sentence = refusal(module, packages)
                 if sentence is not None and not _within(module, withheld):
                     raise ModuleNotFoundError(sentence, name=module)
-        return plain_import(name, globals, locals, fromlist or (), level)
+        found = plain_import(name, globals, locals, fromlist or (), level)
+        draw_nowhere()
+        return found
 
     found.__dict__["__import__"] = checked_import
     return found
+
+
+def draw_nowhere() -> None:
+    """Have every graphical back end be Agg, which needs no window, under whatever name."""
+    matplotlib, pyplot = map(sys.modules.get, ("matplotlib", "matplotlib.pyplot"))
+    switch = getattr(pyplot, "switch_backend", do_nothing)
+    if pyplot is not None and switch.__module__ == pyplot.__name__:
+        vars(pyplot)["switch_backend"] = lambda newbackend: switch("agg")
+    if matplotlib is not None:
+        vars(matplotlib)["use"] = do_nothing
 
 
 class Withheld(importlib.abc.MetaPathFinder):
@@ -110,7 +125,7 @@ class Withheld(importlib.abc.MetaPathFinder):
 def withheld_sentence(module: str) -> str:
     """Say why a module is not there."""
     return (
-        f"{module} is withheld in this assignment: "
+        f"{module} is withheld {REFUSED}: "
         "it holds the answer that you are asked to write yourself."
     )
 

@@ -58,12 +58,13 @@ def test_copies_run_in_order_with_a_note():
 def test_the_instructors_cells_are_not_the_students():
     found = collect(
         toy.cell(toy.SETUP),
-        toy.test_cell("double = lambda x: 6\n", "double-random", 9),
+        toy.test_cell(toy.DOUBLE_VISIBLE, "double-by-hand", 9),
         toy.cell(toy.DOUBLE_VISIBLE),
         toy.cell("# mine\n", "double", solution=True),
         toy.cell(toy.SETUP + "# edited\n", "setup", locked=True),
     )
-    assert labels(found)[-1] == (OWN, True) and len(found.pieces) == 2
+    assert labels(found) == [("double", False), (OWN, True)]
+    assert found.pieces[1].source.strip() == "# edited"
 
 
 def test_the_notebook_of_a_folder_is_found_or_its_absence_told(tmp_path):

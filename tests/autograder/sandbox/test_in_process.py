@@ -72,6 +72,25 @@ def test_what_may_be_imported_is_the_same(wall, line, says):
     assert sys.modules["robust_slam.estimators"] is ours
 
 
+@pytest.mark.parametrize(
+    "ask",
+    [
+        "import matplotlib\nmatplotlib.use('TkAgg')",
+        "from matplotlib import use\nuse('module://no_such.backend', force=True)",
+        "import matplotlib.pyplot as plt\nplt.switch_backend('QtAgg')",
+        "import matplotlib\nmatplotlib.rcParams['backend'] = 'MacOSX'",
+        "%matplotlib gtk4",
+    ],
+)
+def test_every_graphical_back_end_is_agg(wall, ask):
+    cell = f"{ask}\nimport matplotlib.pyplot as plt\nplt.figure()\nplt.show()\n"
+    get = "def f():\n    return type(plt.gcf().canvas).__name__"
+    options = {"names": ("f",), "packages": ("matplotlib",)}
+    with sessions.started(cell + get, wall=wall, **options) as session:
+        assert not session.errors and session.bindings()["f"]() == "FigureCanvasAgg"
+    assert plt.switch_backend.__module__ == "matplotlib.pyplot"
+
+
 def test_nothing_is_left_behind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     main, finders, backend = sys.modules["__main__"], list(sys.meta_path), plt.get_backend()

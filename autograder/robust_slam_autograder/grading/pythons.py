@@ -1,0 +1,74 @@
+"""Which Python runs here, and what of a newer one it does not know.
+
+A sandbox runs the grader's own Python, so that one grades what was written in it or in an older.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from robust_slam_autograder.executor.session import StudentError
+from robust_slam_autograder.reading.assignment import Piece
+from robust_slam_autograder.student.imports import REFUSED
+
+OURS = sys.version_info[:2]
+_MAY_BE_NEW = (SyntaxError, ImportError, AttributeError)
+_PLACES = sorted({sys.prefix, sys.base_prefix, *sys.path} - {"", "/"}, key=len, reverse=True)
+_PATH = re.compile(rf"(?:{'|'.join(map(re.escape, _PLACES))})(?:/[^\s'\"()/]+)*/")
+
+
+def shown(version: tuple[int, ...]) -> str:
+    """Return a version as people write it."""
+    return "Python " + ".".join(map(str, version))
+
+
+def without_paths(text: str) -> str:
+    """Return a text in which files of this machine's Python have no folder."""
+    return _PATH.sub("", text)
+
+
+def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequence[Piece]) -> str:
+    """Say on a line of its own that a newer Python wrote the notebook, where that may be why.
+
+    Args:
+        error: what the student's code raised.
+        written: the notebook's Python; None where it does not say, and only this one is named.
+        pieces: the student's code; what fails in an own cell is lacking in others.
+    """
+    name = (
+        re.search(r"'(\w+)' is not defined", str(error)) if isinstance(error, NameError) else None
+    )
+    own = (piece.source for piece in pieces if piece.own)
+    is_lost = name and any(re.search(rf"\b{name[1]}\b", source) for source in own)
+    if written is None and isinstance(error, _MAY_BE_NEW[:2]) and REFUSED not in str(error):
+        return f"\n{shown(OURS)} runs it here: what only a newer one knows fails."
+    if written is None or written <= OURS or not (is_lost or isinstance(error, _MAY_BE_NEW)):
+        return ""
+    return (
+        f"\nYour notebook was written in {shown(written)}, and {shown(OURS)} runs it here: "
+        "what is new since then fails."
+    )
+
+
+def warning(lab: tuple[int, int] | None) -> str:
+    """Say what to do where students write in a newer Python than this; empty where they do not."""
+    if lab is None or lab <= OURS:
+        return ""
+    return (
+        f"Students write in {shown(lab)} in the browser, and {shown(OURS)} grades: what is new "
+        f"since then costs them marks. Make the grader's environment with {shown(lab)} or newer"
+        f"{_here(lab)}."
+    )
+
+
+def _here(least: tuple[int, int]) -> str:
+    """Name the Pythons on the command path that are as new as this."""
+    there = [path for folder in os.get_exec_path() for path in Path(folder).glob("python3*")]
+    names = {name for path in there for name in (path.name, path.resolve().name)}
+    found = {int(one[1]) for name in names if (one := re.fullmatch(r"python3\.(\d+)", name))}
+    fit = [f"python3.{minor}" for minor in sorted(found) if (3, minor) >= least]
+    return f", which this machine has: {', '.join(fit)}" if fit else ""

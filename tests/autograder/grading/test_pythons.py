@@ -1,0 +1,102 @@
+"""What a newer Python wrote, and this one does not know, is told as that, to both sides."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder.grading import pythons
+from robust_slam_autograder.grading.results import Result
+
+from tests.autograder import toy
+
+OURS = f"Python {sys.version_info[0]}.{sys.version_info[1]}"
+RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
+HELPED = "def double(x):\n    return helper(x)\n"
+SYNTAX = "def helper(x):\n    return x +* 2\n"
+NEW = "from typing import no_such_name as helper\n"
+
+
+def graded(double: str, own: str = "", version: str = "3.99.1") -> Result:
+    value = toy.notebook([toy.cell(own), *toy.answer(double)["cells"]])
+    value["metadata"]["language_info"] = {"name": "python", "version": version}
+    return toy.graded(value)
+
+
+@pytest.mark.parametrize(
+    ("double", "own", "said"),
+    [
+        (SYNTAX + RIGHT, "", "Your cell stops with SyntaxError"),
+        (NEW + RIGHT, "", "Your cell stops with ImportError"),
+        (f"import math\n{RIGHT}    math.no_such_name", "", ""),
+        (f"import math\nmath.no_such_name\n{RIGHT}", "", "Your cell stops with AttributeError"),
+        (HELPED, SYNTAX, "A cell of your own is left out: SyntaxError"),
+        (HELPED, NEW, "name 'helper' is not defined"),
+    ],
+)
+def test_an_error_that_a_newer_python_does_not_raise_names_both(
+    double: str, own: str, said: str
+) -> None:
+    message = graded(double, own).exercises[0].message
+    both = f"Your notebook was written in Python 3.99, and {OURS} runs it here"
+    assert said in message
+    assert (both in message) == (bool(said)), message
+    for version in ("3.8", ".".join(map(str, sys.version_info[:3]))):
+        assert "runs it here" not in graded(double, own, version).exercises[0].message
+    unknown = graded(double, own, "new").exercises[0].message
+    is_told = said.endswith(("SyntaxError", "ImportError"))
+    assert (f"{OURS} runs it here: what only a newer one" in unknown) == is_told
+
+
+def test_another_error_is_not_told_as_one_of_versions() -> None:
+    for wrong in ("def double(x):\n    return x['a']\n", "def double(x):\n    return nothing\n"):
+        assert "was written in" not in graded(wrong).exercises[0].message
+
+
+def test_no_message_holds_a_folder_of_this_python() -> None:
+    import numpy as np
+
+    files = ["typing.py", "numpy"]
+    for text, name in zip((NEW, "from numpy import no_such_name\n"), files, strict=True):
+        message = graded(text + RIGHT).exercises[0].message
+        assert name in message and "/" not in message.replace("(", "")
+    folder = Path(np.__file__).parent
+    assert pythons.without_paths(f"'{folder}/a b.py' and /tmp/a") == "'a b.py' and /tmp/a"
+
+
+@pytest.fixture
+def lab(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lab with Python 3.99, on a machine that has it and an older one on its path."""
+    (course / "solutions" / "course.toml").write_text('[lab]\npython = "3.99"\n')
+    for name in ("python3.2", "python3.99", "python3"):
+        (course / name).touch()
+    monkeypatch.setenv("PATH", str(course), prepend=":")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["doctor"],
+        ["release", "--out", "release"],
+        ["grade", f"submitted/ada/{toy.NAME}", "--out", "out", *toy.quickly()],
+    ],
+    ids=lambda command: command[0],
+)
+def test_a_teacher_is_told_that_the_lab_has_a_newer_one(
+    autograder: Any, course: Path, lab: None, monkeypatch: pytest.MonkeyPatch, command: list[str]
+) -> None:
+    monkeypatch.chdir(course)
+    status, out, err = autograder(*command)
+    said = f"note: Students write in Python 3.99 in the browser, and {OURS} grades: "
+    assert status == 0 and said in out + err
+    assert "which this machine has: python3.99." in out + err
+    (course / "solutions" / "course.toml").write_text('[lab]\npython = "3.1"\n')
+    assert "note: Students" not in "".join(autograder(*command)[1:])
+    (course / "solutions" / "course.toml").write_text('[lab]\npython = "new"\n')
+    assert autograder(*command)[0] == 2
+
+
+def test_doctor_says_what_it_can_grade(autograder: Any) -> None:
+    assert f"{OURS} grades what was written in it or in an older one." in autograder("doctor")[1]
