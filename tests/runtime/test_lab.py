@@ -205,7 +205,7 @@ def test_check_says_what_the_command_says(
     for shown, file, folded in (("check wrong", "wrong file", hints), ("check right", "file", [])):
         lines = done[shown].strip().split("\n")
         said = commanded(done[file], capsys)
-        assert lines[0] == f"Checking {NAME}.ipynb: the visible cases in it."
+        assert lines[0] == f"Checking {NAME}.ipynb: the visible cases of {NAME}."
         assert lines[1 : len(said) + 1] == said
         assert list(filter(None, lines[len(said) + 1 :])) == folded
     assert "◐ partial  total_cost" in done["check wrong"]

@@ -52,7 +52,7 @@ def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
     """Pick the student code out of a notebook's cells: for grading, and for a student's check.
 
     What stands in an exercise's cell counts, be it code or text, and so does what any other cell
-    of code defines, be it a check's. The checks themselves never come from here.
+    of code defines, and a check's where an answer is in it. The checks never come from here.
     """
     owned, missing = owners(cells, assignment)
     tests = {case.grade_id: case.visible.strip() for case in assignment.cases}
@@ -61,11 +61,14 @@ def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
     for n, cell in enumerate(cells):
         text = _own_text(cell, assignment)
         is_code, is_test = cell.kind == "code", cell.grade_id in tests
-        if text.strip() and (n in owned or (is_code and text.strip() not in assignment.given)):
+        mine = [name for name in assignment.names if is_code and defines(text, [name])]
+        # A check that was edited may leave any name behind: it counts where it defines an answer.
+        is_own = is_code and text.strip() not in assignment.given and (mine or not is_test)
+        if text.strip() and (n in owned or is_own):
             pieces.append(Piece(owned.get(n, OWN), text, own=n not in owned or is_test))
         if n in owned and not is_code:
             notes.append(f"The cell {owned[n]} is {KINDS.get(cell.kind, 'no code')}{TURN_BACK}")
-        if is_test and is_code and (mine := [x for x in assignment.names if defines(text, [x])]):
+        if is_test and mine:
             notes.append(f"{', '.join(mine)} was found in the check {cell.grade_id}{MOVE_OUT}")
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
     altered = [
