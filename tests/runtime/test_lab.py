@@ -20,7 +20,7 @@ from tests import jupyterlab
 from tests.assignments import answers
 from tests.book.taking_hold import PICTURE, follows
 from tests.chromium import page_in, served, visiting
-from tests.runtime.conftest import RUNTIME, look_for_the_runtime
+from tests.runtime.conftest import RUNTIME, look_for_the_runtime, without_hints
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
 
@@ -187,7 +187,7 @@ def commanded(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
     (folder / "autograder.toml").write_bytes((RELEASED / NAME / "autograder.toml").read_bytes())
     capsys.readouterr()
     cli.main(["check", str(path)])
-    return capsys.readouterr().out.strip().split("\n")[1:]
+    return without_hints(capsys.readouterr().out).strip().split("\n")[1:]
 
 
 def test_cells_run_and_say_what_is_wrong(done: dict[str, Any]) -> None:

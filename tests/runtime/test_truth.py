@@ -20,7 +20,7 @@ from robust_slam_autograder.publishing.student_release import release
 
 from tests import depth
 from tests.assignments import answers
-from tests.runtime.conftest import RUNTIME, needs_runtime
+from tests.runtime.conftest import RUNTIME, needs_runtime, without_hints
 
 pytestmark = [needs_runtime, pytest.mark.long, pytest.mark.rest]
 
@@ -103,7 +103,7 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFi
     def run(which: str) -> str:
         monkeypatch.chdir(folder / which)
         cli.main(["check", f"{which.rpartition('.')[0]}.ipynb"])
-        return capsys.readouterr().out.rstrip("\n")
+        return without_hints(capsys.readouterr().out).rstrip("\n")
 
     return run
 
