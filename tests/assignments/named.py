@@ -16,7 +16,7 @@ import functools
 import random
 import sys
 
-from robust_slam_autograder.misconceptions import candidates, survey
+from robust_slam_autograder.misconceptions import candidates, survey, tables
 from robust_slam_autograder.misconceptions.bench import Setting
 from robust_slam_autograder.misconceptions.candidates import OF_ANSWER, WRITTEN, Candidate
 from robust_slam_autograder.misconceptions.shapes import Shape
@@ -41,9 +41,9 @@ def named(name: str, exercise: str) -> tuple[list[tuple[str, Answer, str]], list
     choice = functools.partial(candidates.candidates, exercise=exercise, answers=mine)
     found = list(survey.shapes_of(setting, exercise, choice))
     typed = [Candidate(WRITTEN if not one.is_right else OF_ANSWER, "", one.source) for one in mine]
-    looked = survey.shapes_of(setting, exercise, lambda b: typed, with_aspects=True)
+    looked = survey.shapes_of(setting, exercise, lambda b: typed)
     shapes = {one.source: shape for one, shape in looked}
-    rest, wrong = survey.table(setting, exercise), [one for one in mine if not one.is_right]
+    wrong = [one for one in mine if not one.is_right]
     told = []
     for split in range(SPLITS):
         unseen = random.Random(split).sample(wrong, len(wrong) // 2)
@@ -53,9 +53,9 @@ def named(name: str, exercise: str) -> tuple[list[tuple[str, Answer, str]], list
             for one, shape in found
             if survey.counts(one, shape) and not (one.origin == WRITTEN and one.source in gone)
         )
-        table = survey.labelled(rest, left)
+        table = survey.labelled(left)
         for one in unseen:
-            said = table.sentence(shapes.get(one.source, Shape()))
+            said = tables.sentence(table, shapes.get(one.source, Shape()))
             told.append((f"{name[:2]}/{exercise}", one, said))
     return told, [one.name for one in mine if one.is_right and one.source in shapes]
 
