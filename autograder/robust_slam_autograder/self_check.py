@@ -90,7 +90,7 @@ def run(
     wall = sandbox.choose(unsandboxed=True)
 
     def label(exercise: str, shape: Shape) -> str:
-        return tables.sentence(known.get(exercise, {}), shape)
+        return tables.sentence(known.get(exercise, {}), shape.keys())
 
     result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
     print(terminal.check_end(result, tests.hidden_cases))

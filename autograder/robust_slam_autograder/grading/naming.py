@@ -50,8 +50,9 @@ class Namer:
 
 
 def _named(exercise: ExerciseResult, shape: Shape, table: Table) -> ExerciseResult:
-    said, pattern = tables.sentence(table, shape), _pattern(*shape.keys()[:1])
-    return replace(exercise, misconception=said, pattern=pattern)
+    keys = shape.keys()
+    said = tables.sentence(table, keys)
+    return replace(exercise, misconception=said, pattern=_pattern(*keys[:1]))
 
 
 def _pattern(key: str = "") -> str:

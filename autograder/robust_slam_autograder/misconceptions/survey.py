@@ -10,13 +10,13 @@ import functools
 import signal
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.misconceptions import bench as benches
 from robust_slam_autograder.misconceptions.bench import Bench, Right, Setting
-from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
+from robust_slam_autograder.misconceptions.candidates import Candidate, candidates, chosen
 from robust_slam_autograder.misconceptions.shapes import Seen, Shape
 from robust_slam_autograder.misconceptions.tables import Table, sealed
 from robust_slam_autograder.reading.labelled import Answer
@@ -40,6 +40,8 @@ def shapes_of(
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield those that a label may fit.
 
+    Words and whole numbers are alike by chance: they fit none.
+
     Args:
         setting: the test cells.
         exercise: its name.
@@ -54,7 +56,7 @@ def shapes_of(
         try:
             for number, candidate, shape in guarded.guarded(work):
                 start = number + 1
-                if shape.keys():
+                if shape.real and shape.keys():
                     yield candidate, shape
             is_over = True
         except Overrun:
@@ -74,7 +76,7 @@ def _measured(
         if time.process_time() - started > MOST:
             return
         if number >= start:
-            mine = seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)
+            mine = seconds * (WRITTEN_LONGER if candidate.source else 1.0)
             yield number, candidate, _shape(bench, exercise, candidate, right, mine)
 
 
@@ -118,29 +120,12 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:
     """
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
     found = shapes_of(setting, exercise, choice)
-    return labelled((one, shape.keys()) for one, shape in found if counts(one, shape))
+    return labelled((one, shape.keys()) for one, shape in found)
 
 
 def labelled(found: Iterable[tuple[Candidate, tuple[str, ...]]]) -> Table:
     """Return the table of candidates, of which the keys are known."""
-    named = {key: chosen(group) for key, group in _alike(found).items()}
-    return sealed({key: one.sentence if one else "" for key, one in named.items()})
-
-
-def counts(candidate: Candidate, shape: Shape) -> bool:
-    """Tell whether enough came back to name it: words or whole numbers are alike by chance.
-
-    An author's sentence says most, and a slip without its place least: both take two cases.
-    """
-    is_vague = candidate.slip is not None and candidate.slip.is_vague
-    return shape.real and (len(shape.failed) > 1 or not (is_vague or candidate.origin == WRITTEN))
-
-
-def _alike(
-    measured: Iterable[tuple[Candidate, tuple[str, ...]]],
-) -> Mapping[str, list[Candidate]]:
-    """Put candidates that cannot be told apart together, by the first of their keys."""
-    found: dict[str, list[Candidate]] = defaultdict(list)
-    for candidate, keys in measured:
-        found[next((key for key in keys if key in found), keys[0])].append(candidate)
-    return found
+    alike: dict[str, list[Candidate]] = defaultdict(list)
+    for candidate, keys in found:
+        alike[next((key for key in keys if key in alike), keys[0])].append(candidate)
+    return sealed({key: chosen(group) for key, group in alike.items()})

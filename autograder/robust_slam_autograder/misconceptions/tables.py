@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-
-from robust_slam_autograder.misconceptions.shapes import Shape
 
 FILE = "misconceptions.json"
 """In a release, the tables of its visible cases."""
@@ -20,9 +18,8 @@ Table = Mapping[str, str]
 """By half of a key, the label, which the key opens; empty where that is not one thing."""
 
 
-def sentence(table: Table, shape: Shape) -> str:
-    """Say what a wrong answer looks like; empty where nothing fits, or more than one thing."""
-    keys = shape.keys()
+def sentence(table: Table, keys: Sequence[str]) -> str:
+    """Say what answers of these keys look like; empty where nothing fits, or two things do."""
     said = {_opened(table[_place(key)], key) for key in keys if _place(key) in table}
     return said.pop() if len(said) == 1 else ""
 
