@@ -1,6 +1,6 @@
 """Finds out once which ways to be wrong can be told apart, and under which keys.
 
-Candidates run in a child process: a mutant may loop for ever, and then it is no candidate.
+Candidates run in a child process: one may loop for ever, and then it is no candidate.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _shape(
 
 
 class _Late(BaseException):
-    """Time is up. Not an Exception: neither a test nor a mutant may swallow it."""
+    """Time is up. Not an Exception: neither a test nor an answer may swallow it."""
 
 
 @contextlib.contextmanager
