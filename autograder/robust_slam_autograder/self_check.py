@@ -94,7 +94,7 @@ def run(
     wall = sandbox.choose(unsandboxed=True)
 
     def label(exercise: str, shape: Shape) -> str:
-        return known[exercise].sentence(shape) if exercise in known else ""
+        return tables.sentence(known.get(exercise, {}), shape.keys())
 
     result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
     if code.altered:

@@ -1,12 +1,11 @@
-"""How many wrong answers get a name that the engine has not seen, and which.
+"""How many wrong answers get a name, and which the engine gives to one that it has not seen.
 
     python -m tests.assignments.named [NAME[/EXERCISE]…] [--read 0]
 
-Five times half of the labelled wrong answers are taken away from what the engine knows, and are
-then named by the rest: by the other half, by mutants, by facts and aspects of the values, and by
-what came in where they go wrong. Each name is of another slip's label or of none, so whether it
-is true has to be read: ``--read 100`` prints a hundred of them beside the label that was taken
-away. A right answer fails no case, and what fails no case gets no name: one that does is reported.
+Each labelled wrong answer that a visible case stops is named by all that the engine knows, and
+then as if it were unknown: by the other answers and by facts of the values. That name is of
+another slip, so whether it is true has to be read: ``--read 100`` prints a hundred of them beside
+the label that was taken away. What only hidden cases stop has no name.
 """
 
 from __future__ import annotations
@@ -16,68 +15,56 @@ import functools
 import random
 import sys
 
-from robust_slam_autograder.misconceptions import candidates, survey
+from robust_slam_autograder.misconceptions import candidates, survey, tables
 from robust_slam_autograder.misconceptions.bench import Setting
-from robust_slam_autograder.misconceptions.candidates import OF_ANSWER, WRITTEN, Candidate
-from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.labelled import Answer
 
 from tests.assignments import answers
 
-SPLITS = 5
+Named = tuple[Answer, str, str]
+"""A wrong answer, its name, and the one that it has where it is unknown; both may be empty."""
 
 
-def named(name: str, exercise: str) -> tuple[list[tuple[str, Answer, str]], list[str]]:
-    """Return an exercise's wrong answers with their names, and right ones that fail a case."""
+def named(name: str, exercise: str) -> list[Named]:
+    """Name the wrong answers to an exercise that a visible case stops."""
     path = answers.SOLUTIONS / name / f"{name}.ipynb"
     setting = Setting(path, assignment_module.load(path))
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
     choice = functools.partial(candidates.candidates, exercise=exercise, answers=mine)
-    found = list(survey.shapes_of(setting, exercise, choice))
-    typed = [Candidate(WRITTEN if not one.is_right else OF_ANSWER, "", one.source) for one in mine]
-    looked = survey.shapes_of(setting, exercise, lambda b: typed, with_aspects=True)
-    shapes = {one.source: shape for one, shape in looked}
-    rest, wrong = survey.table(setting, exercise), [one for one in mine if not one.is_right]
+    found = [(one, shape.keys()) for one, shape in survey.shapes_of(setting, exercise, choice)]
+    keys = {one.source: keys for one, keys in found}
+    whole = survey.labelled(found)
     told = []
-    for split in range(SPLITS):
-        unseen = random.Random(split).sample(wrong, len(wrong) // 2)
-        gone = {one.source for one in unseen}
-        left = (
-            (one, shape.keys())
-            for one, shape in found
-            if survey.counts(one, shape) and not (one.origin == WRITTEN and one.source in gone)
-        )
-        table = survey.labelled(rest, left)
-        said = (table.sentence(shapes.get(one.source, Shape())) for one in unseen)
-        told += [(f"{name[:2]}/{exercise}", *pair) for pair in zip(unseen, said, strict=True)]
-    return told, [one.name for one in mine if one.is_right and one.source in shapes]
+    for answer in (one for one in mine if one.is_visible):
+        rest = survey.labelled(pair for pair in found if pair[0].source != answer.source)
+        own = keys.get(answer.source, ())
+        told.append((answer, tables.sentence(whole, own), tables.sentence(rest, own)))
+    return told
 
 
 def main() -> int:
-    """Run the command; give its exit status: 1 where a right answer has a name."""
+    """Run the command; give its exit status."""
     parser = argparse.ArgumentParser(prog="python -m tests.assignments.named")
     parser.add_argument("names", nargs="*", metavar="NAME", default=answers.assignments())
     parser.add_argument("--read", type=int, default=0, metavar="N", help="print N of the names")
     given = parser.parse_args()
-    told: list[tuple[str, Answer, str]] = []
-    wronged: list[str] = []
+    told: list[Named] = []
     for name, only in (one.partition("/")[::2] for one in given.names):
         for exercise in answers.solutions(name):
             if only in ("", exercise):
-                mine, right = named(name, exercise)
+                told += (mine := named(name, exercise))
                 print(f"{name[:2]}/{exercise}: {_share(mine)}", flush=True)
-                told, wronged = told + mine, wronged + right
-    print(f"all: {_share(told)}; right answers named: {len(wronged)} {', '.join(wronged)}")
-    shown = sorted({(where, one.story, said) for where, one, said in told if said})
-    for where, story, said in random.Random(0).sample(shown, min(given.read, len(shown))):
-        print(f"{where}: {story}\n    It looks as if {said}.")
-    return 1 if wronged else 0
+    print(f"all: {_share(told)}")
+    shown = [(one, said) for one, _, said in told if said]
+    for one, said in random.Random(0).sample(shown, min(given.read, len(shown))):
+        print(f"{one.exercise}: {one.story}\n    It looks as if {said}.")
+    return 0
 
 
-def _share(told: list[tuple[str, Answer, str]]) -> str:
-    named = sum(bool(said) for _, _, said in told)
-    return f"{named} of {len(told)} named, {named / max(1, len(told)):.1%}"
+def _share(told: list[Named]) -> str:
+    own, others = (sum(bool(one[n]) for one in told) for n in (1, 2))
+    return f"{own} of {len(told)} named, {own / max(1, len(told)):.1%}; unknown {others}"
 
 
 if __name__ == "__main__":

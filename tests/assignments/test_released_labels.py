@@ -27,7 +27,7 @@ def labelled(folder: Path, hidden: str) -> Path:
     tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
     setting = Setting(tests, assignments.load(tests))
     found = {"double": survey.survey(setting, "double", [])}
-    assert found["double"].labels
+    assert found["double"]
     known.write(folder / "known", toy.NAME, Known(known.digest(tests), "", found))
     (path,) = release(tree, [], folder / "release", misconceptions=folder / "known")
     return path
@@ -36,7 +36,7 @@ def labelled(folder: Path, hidden: str) -> Path:
 def test_hidden_cases_leave_no_trace_in_it(tmp_path: Path) -> None:
     one, other = (labelled(tmp_path / name, name) for name in ("normal", "exponential"))
     files = [(path.parent / tables.FILE).read_bytes() for path in (one, other)]
-    assert files[0] == files[1] and tables.read(one.parent / tables.FILE)["double"].labels
+    assert files[0] == files[1] and tables.read(one.parent / tables.FILE)["double"]
 
 
 def test_check_says_what_it_looks_like_and_hints_when_asked(

@@ -39,14 +39,11 @@ def run(options: argparse.Namespace) -> int:
         found: dict[str, Table] = {}
         for exercise in assignment.exercises:
             found[exercise] = _survey(setting, exercise, answers)
-            print(f"{name}, {exercise}: {_count(found[exercise])} ways to be wrong", flush=True)
+            count = sum(map(bool, found[exercise].values()))
+            print(f"{name}, {exercise}: {count} ways to be wrong", flush=True)
         digests = known.digest(tests), known.digest_of_answers(answers)
         known.write(options.to, name, Known(*digests, found))
     return 0
-
-
-def _count(table: Table) -> int:
-    return sum(map(bool, table.labels.values()))
 
 
 def _survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:

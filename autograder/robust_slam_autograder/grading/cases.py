@@ -65,7 +65,7 @@ class Cases:
     trace: Trace = field(default_factory=Trace)
     """What the student's functions returned in the case that runs, in the visible pass alone."""
     seen: dict[str, Seen] = field(default_factory=dict)
-    """By grade id, of visible cases that passed, or failed by what was returned."""
+    """By grade id, of visible cases that failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
 
@@ -249,20 +249,16 @@ class Cases:
                 self._note(case)
             return ending, None if known else error
         if known or session.fault is None:
-            if not known:
-                self._note(case, passed=True)
             return known or Ending.PASSED, None
         # A test may have swallowed the fault with a bare except.
         return Ending(session.fault.kind), None
 
-    def _note(self, case: Case, *, passed: bool = False) -> None:
-        """Note what a visible case saw, as far as it can be compared."""
+    def _note(self, case: Case) -> None:
+        """Note what a visible case saw that failed, as far as it can be compared."""
         if self.calls is None:
             return
         with contextlib.suppress(Exception, SessionFault), self._bounded():
-            self.seen[case.grade_id] = (
-                Seen(passed=shapes.passed_by(self.trace)) if passed else shapes.seen_by(self.trace)
-            )
+            self.seen[case.grade_id] = shapes.seen_by(self.trace)
 
     def _ending(self, case: Case) -> Ending:
         """Say how a case ended whose test raised."""

@@ -82,7 +82,7 @@ def look(
         if report is not None and last[case.exercise] == case.grade_id:
             ended = _exercise(case.exercise, whose, seen, {})
             shape = one.shapes.get(case.exercise)
-            if label is not None and shape is not None and shape.failed:
+            if label is not None and shape is not None:
                 ended = replace(ended, misconception=label(case.exercise, shape))
             report(ended)
     return one.marked(seen, {}, " ".join(whose.submission.notes), 0)
@@ -188,7 +188,7 @@ class _Pass:
                     known[case.grade_id] = Ending.TIMEOUT
                     told = wording.own(FAULT_SENTENCES[Ending.TIMEOUT])
                     step = Step(case.grade_id, Ending.TIMEOUT, told, self.skip, self.seconds)
-                    self.shapes.setdefault(case.exercise, Shape()).add(case.grade_id, Seen())
+                    self._fail(case, Seen())
                     yield case, step
 
     def _run_cases(self, known: Endings) -> Iterator[Step]:
@@ -220,14 +220,13 @@ class _Pass:
         lost = {key.rpartition("-")[0] for key in self.faults}
         self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
         self.skip, self.seconds = step.skip, step.seconds
-        if case.has_town or not self.is_visible:
-            return
-        shape = self.shapes.setdefault(case.exercise, Shape())
-        seen = step.seen or Seen()
-        if step.ending is Ending.PASSED:
-            shape.accept(seen.passed)
-        else:
-            shape.add(case.grade_id, seen)
+        if step.ending is not Ending.PASSED:
+            self._fail(case, step.seen or Seen())
+
+    def _fail(self, case: Case, seen: Seen) -> None:
+        """Note what a case saw that failed; a student's own data tell nothing of others'."""
+        if self.is_visible and not case.has_town:
+            self.shapes.setdefault(case.exercise, Shape()).failed[case.grade_id] = seen
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.
@@ -259,8 +258,7 @@ class _Pass:
         )
         doubtful = self._doubtful and not self._overran
         skip = tuple(sorted(self.skip))
-        shapes = {name: one for name, one in self.shapes.items() if one.failed}
-        return Marked(result, doubtful, round(self.seconds, 3), skip, shapes)
+        return Marked(result, doubtful, round(self.seconds, 3), skip, self.shapes)
 
     @contextlib.contextmanager
     def _session(self, total: Deadline) -> Iterator[Session]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.results import ExerciseResult
 from robust_slam_autograder.grading.tasks import Job
-from robust_slam_autograder.misconceptions import known
+from robust_slam_autograder.misconceptions import known, tables
 from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.misconceptions.tables import Table
 
@@ -38,9 +38,9 @@ class Namer:
         if job.tests not in self._tables:
             found = known.read(self.folder, job.assignment.name, job.tests)
             self._tables[job.tests] = found.exercises if found else {}
-        tables = self._tables[job.tests]
+        labels = self._tables[job.tests]
         exercises = (
-            _named(one, marked.shapes[one.name], tables.get(one.name))
+            _named(one, marked.shapes[one.name], labels.get(one.name, {}))
             if one.name in marked.shapes and one.status in ("partial", "failed")
             else one
             for one in marked.result.exercises
@@ -49,9 +49,10 @@ class Namer:
         return replace(marked, result=result, shapes={})
 
 
-def _named(exercise: ExerciseResult, shape: Shape, table: Table | None) -> ExerciseResult:
-    said = table.sentence(shape) if table else ""
-    return replace(exercise, misconception=said, pattern=_pattern(*shape.keys()[:1]))
+def _named(exercise: ExerciseResult, shape: Shape, table: Table) -> ExerciseResult:
+    keys = shape.keys()
+    said = tables.sentence(table, keys)
+    return replace(exercise, misconception=said, pattern=_pattern(*keys[:1]))
 
 
 def _pattern(key: str = "") -> str:

@@ -14,21 +14,22 @@ import sys
 import types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor.seeds import PUBLIC_SEED, case_generator, environment
-from robust_slam_autograder.misconceptions import facts, shapes, traits
+from robust_slam_autograder.misconceptions import facts, shapes
 from robust_slam_autograder.misconceptions.facts import Fact
-from robust_slam_autograder.misconceptions.prints import Called, Trace
-from robust_slam_autograder.misconceptions.shapes import WHOLE, Shape
-from robust_slam_autograder.misconceptions.tables import Right
+from robust_slam_autograder.misconceptions.prints import Trace
+from robust_slam_autograder.misconceptions.shapes import Seen, Shape
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.source import plain_python
 
 Names = dict[str, Any]
+Right = Mapping[str, frozenset[str]]
+"""By grade id, digests of what the solution had returned after each call."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,6 @@ class Bench:
     names: Names
     cells: Mapping[str, str]
     """By grade id, the instructor's solution."""
-    words: dict[str, frozenset[str]] = field(default_factory=dict)
-    """By exercise, what its solution says, as far as traits look at it."""
     _facts: dict[str, dict[str, Fact]] = field(default_factory=dict)
 
     def functions(self, exercise: str) -> dict[str, Callable[..., Any]]:
@@ -78,51 +77,36 @@ class Bench:
             exec(compiled(source, exercise), names)
         return names
 
-    def shape(
-        self,
-        exercise: str,
-        names: Names,
-        right: Right,
-        *,
-        with_aspects: bool = False,
-    ) -> Shape:
+    def shape(self, exercise: str, names: Names, right: Right) -> Shape:
         """Run the cases of an exercise, and note how those end that fail.
 
-        A case whose values are those of the solution up to where it failed says nothing.
+        A case that ends at the solution's own values says nothing, and ends the search.
         """
         shape = Shape()
         with quiet(), environment(PUBLIC_SEED):
             for case in self._cases(exercise):
                 trace = Trace()
-                if self._passes(case, names, trace):
-                    if with_aspects:
-                        shape.accept(shapes.passed_by(trace))
-                else:
-                    seen = shapes.seen_by(trace, with_aspects=with_aspects)
-                    heads = right[case.grade_id].get(WHOLE, frozenset())
-                    if not with_aspects and heads & set(seen.digests.get(WHOLE, ())):
-                        seen = replace(seen, digests={})
-                    shape.add(case.grade_id, seen)
-                if shape.lost and not with_aspects:
+                if not self._passes(case, names, trace):
+                    seen = shapes.seen_by(trace)
+                    is_right = not right[case.grade_id].isdisjoint(seen.digests)
+                    shape.failed[case.grade_id] = Seen() if is_right else seen
+                if shape.lost:
                     break
         return shape
 
-    def right(self, exercise: str, *, with_aspects: bool = True) -> Right:
-        """Return what the solution returns, call by call, and note the words that it says.
+    def right(self, exercise: str) -> Right:
+        """Return what the solution returns, call by call.
 
         Raises:
             ValueError: the solution itself loses a case.
         """
-        found: dict[str, Mapping[str, frozenset[str]]] = {}
-        calls: list[Called] = []
+        found: dict[str, frozenset[str]] = {}
         with quiet(), environment(PUBLIC_SEED):
             for case in self._cases(exercise):
                 trace = Trace()
                 if not self._passes(case, self.names, trace):
                     raise ValueError(f"the solution itself loses {case.grade_id}")
-                found[case.grade_id] = shapes.of_beginnings(trace, with_aspects=with_aspects)
-                calls += trace.calls
-        self.words[exercise] = traits.of_solution(calls)
+                found[case.grade_id] = shapes.of_beginnings(trace)
         return found
 
     def _cases(self, exercise: str) -> list[Case]:

@@ -2,7 +2,7 @@
 
 All numbers that a test cell saw are added up with fixed weights, and the sums are rounded. A sum
 beside the edge of its cell has two digests, so values that differ by rounding alone have one
-in common. A digest is salted, and tells nothing of the values.
+in common. A digest tells nothing of the values.
 """
 
 from __future__ import annotations
@@ -26,13 +26,12 @@ MAX_DEPTH = 20
 MAX_TEXT = 200
 CELL = 1e-5
 """Width of a cell that a sum is rounded to."""
-EDGE = 1e-6
-"""A sum that is nearer to the edge of its cell than this is in both cells."""
+EDGE = 0.1
+"""A sum that is nearer to the edge of its cell than this share of it is in both cells."""
 _SOFT = 100.0
 """Of what size numbers count by their logarithm: above one over this."""
 _NAN, _INF = 40.25, 60.5
 _SUMS = 2
-_NONE: Mapping[str, Any] = {}
 
 Part = tuple[str, np.ndarray | None]
 """The kind of a part of a value, and its numbers where it has some."""
@@ -47,11 +46,8 @@ class Called:
     """A call of a student's function."""
 
     name: str
-    args: tuple[Any, ...]
     parts: tuple[Part, ...]
     """Of what it returned."""
-    options: tuple[tuple[str, Any], ...] = ()
-    """Arguments that were handed in by name."""
 
 
 @dataclass
@@ -93,18 +89,16 @@ class Trace:
             try:
                 value = function(*args, **kwargs)
             except Exception as error:
-                self.add(name, args, f"! {type(error).__name__}", kwargs)
+                self.add(name, f"! {type(error).__name__}")
                 self.raised = True
                 raise
-            self.add(name, args, value, kwargs)
+            self.add(name, value)
             return value
 
         student_function.__name__ = student_function.__qualname__ = name
         return student_function
 
-    def add(
-        self, name: str, args: tuple[Any, ...], value: object, options: Mapping[str, Any] = _NONE
-    ) -> None:
+    def add(self, name: str, value: object) -> None:
         """Note what a function returned; whatever it is, nothing is raised."""
         self.raised = value is None
         if self.broken:
@@ -112,7 +106,7 @@ class Trace:
         try:
             parts = tuple(itertools.islice(parts_of(value), MAX_PARTS + 1))
             self.numbers += sum(0 if one is None else one.size for _, one in parts)
-            self.calls.append(Called(name, args, parts, tuple(options.items())))
+            self.calls.append(Called(name, parts))
             self.broken = (
                 len(parts) > MAX_PARTS or self.numbers > MAX_NUMBERS or len(self.calls) > MAX_CALLS
             )
@@ -122,52 +116,38 @@ class Trace:
             self.calls.clear()
 
 
-def digests(
-    parts: Iterable[Part],
-    salt: str,
-    cell: float = CELL,
-    edge: float = EDGE / CELL,
-    scale: float = _SOFT,
-) -> tuple[str, ...]:
-    """Return the digest of some parts, and then those of the neighbouring cells.
-
-    Args:
-        parts: what to compare.
-        salt: what else the digest depends on.
-        cell: the width of a cell that a sum is rounded to.
-        edge: the share of it that is both in a cell and in its neighbour.
-        scale: numbers count by their logarithm above one over this, and by themselves below.
-    """
-    head = hashlib.blake2b(salt.encode(), digest_size=16)
+def digests(parts: Iterable[Part]) -> tuple[str, ...]:
+    """Return the digest of some parts, and then those of the neighbouring cells."""
+    head = hashlib.blake2b(digest_size=16)
     sums, place = np.zeros(_SUMS), 0
     for kind, numbers in parts:
         head.update(b"\0" + kind.encode(errors="backslashreplace"))
         if numbers is not None and numbers.size:
             weights = _weights(1 << (place + numbers.size).bit_length())
-            sums += weights[:, place : place + numbers.size] @ _soft(numbers, scale).ravel()
+            sums += weights[:, place : place + numbers.size] @ _soft(numbers).ravel()
             place += numbers.size
     found = []
-    for cells in itertools.product(*(_cells(one / cell, edge) for one in sums.tolist())):
+    for cells in itertools.product(*map(_cells, (sums / CELL).tolist())):
         one = head.copy()
         one.update(repr(cells).encode())
         found.append(one.hexdigest())
     return tuple(found)
 
 
-def _soft(numbers: np.ndarray, scale: float) -> np.ndarray:
-    soft = np.arcsinh(numbers * scale)
+def _soft(numbers: np.ndarray) -> np.ndarray:
+    soft = np.arcsinh(numbers * _SOFT)
     if np.isfinite(soft).all():
         return soft
     soft = np.where(np.isnan(numbers), _NAN, soft)
     return np.where(np.isinf(numbers), np.sign(numbers) * _INF, soft)
 
 
-def _cells(place: float, edge: float) -> Iterator[int]:
+def _cells(place: float) -> Iterator[int]:
     own = math.floor(place)
     yield own
-    if place - own < edge:
+    if place - own < EDGE:
         yield own - 1
-    elif own + 1 - place < edge:
+    elif own + 1 - place < EDGE:
         yield own + 1
 
 

@@ -1,6 +1,6 @@
 """Finds out once which ways to be wrong can be told apart, and under which keys.
 
-Candidates run in a child process: a mutant may loop for ever, and then it is no candidate.
+Candidates run in a child process: one may loop for ever, and then it is no candidate.
 """
 
 from __future__ import annotations
@@ -10,16 +10,15 @@ import functools
 import signal
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.misconceptions import bench as benches
-from robust_slam_autograder.misconceptions.bench import Bench, Setting
-from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
-from robust_slam_autograder.misconceptions.shapes import Shape
-from robust_slam_autograder.misconceptions.tables import Right, Table, arguments_of, sealed
+from robust_slam_autograder.misconceptions.bench import Bench, Right, Setting
+from robust_slam_autograder.misconceptions.candidates import Candidate, candidates, chosen
+from robust_slam_autograder.misconceptions.shapes import Seen, Shape
+from robust_slam_autograder.misconceptions.tables import Table, sealed
 from robust_slam_autograder.reading.labelled import Answer
 
 SHORTEST = 0.05
@@ -37,26 +36,27 @@ Choice = Callable[[Bench], Iterable[Candidate]]
 
 
 def shapes_of(
-    setting: Setting, exercise: str, choice: Choice, *, with_aspects: bool = False
+    setting: Setting, exercise: str, choice: Choice
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield those that a label may fit.
+
+    Words and whole numbers are alike by chance: they fit none.
 
     Args:
         setting: the test cells.
         exercise: its name.
         choice: which candidates, always in the same order.
-        with_aspects: whether these are wanted too.
 
     Raises:
         ValueError: the solution itself loses a case.
     """
     start, is_over = 0, False
     while not is_over:
-        work = functools.partial(_measured, setting, exercise, choice, start, with_aspects)
+        work = functools.partial(_measured, setting, exercise, choice, start)
         try:
             for number, candidate, shape in guarded.guarded(work):
                 start = number + 1
-                if shape.is_known or (with_aspects and shape.has_ends):
+                if shape.real and shape.keys():
                     yield candidate, shape
             is_over = True
         except Overrun:
@@ -64,10 +64,10 @@ def shapes_of(
 
 
 def _measured(
-    setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool
+    setting: Setting, exercise: str, choice: Choice, start: int
 ) -> Iterator[tuple[int, Candidate, Shape]]:
     bench = benches.bench(setting)
-    right = bench.right(exercise, with_aspects=False)
+    right = bench.right(exercise)
     began = time.process_time()
     bench.shape(exercise, bench.names, right)
     started = time.process_time()
@@ -76,17 +76,12 @@ def _measured(
         if time.process_time() - started > MOST:
             return
         if number >= start:
-            mine = seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)
-            yield number, candidate, _shape(bench, exercise, candidate, right, mine, with_aspects)
+            mine = seconds * (WRITTEN_LONGER if candidate.source else 1.0)
+            yield number, candidate, _shape(bench, exercise, candidate, right, mine)
 
 
 def _shape(
-    bench: Bench,
-    exercise: str,
-    candidate: Candidate,
-    right: Right,
-    seconds: float,
-    with_aspects: bool,
+    bench: Bench, exercise: str, candidate: Candidate, right: Right, seconds: float
 ) -> Shape:
     """Run a candidate as ``Bench.shape`` does; what raises by itself, or takes long, is lost."""
     with (
@@ -95,13 +90,12 @@ def _shape(
         benches.quiet(),
         _soon(seconds),
     ):
-        names = candidate.names(bench, exercise)
-        return bench.shape(exercise, names, right, with_aspects=with_aspects)
-    return Shape(lost=True)
+        return bench.shape(exercise, candidate.names(bench, exercise), right)
+    return Shape({candidate.sentence: Seen()})
 
 
 class _Late(BaseException):
-    """Time is up. Not an Exception: neither a test nor a mutant may swallow it."""
+    """Time is up. Not an Exception: neither a test nor an answer may swallow it."""
 
 
 @contextlib.contextmanager
@@ -119,57 +113,19 @@ def _soon(seconds: float) -> Iterator[None]:
 
 
 def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:
-    """Return what an exercise's wrong answers come to, with a label for each that has one.
+    """Return the labels of an exercise's wrong answers, by what they come to.
 
     Raises:
         ValueError: the solution itself loses a case.
     """
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
     found = shapes_of(setting, exercise, choice)
-    return labelled(
-        table(setting, exercise),
-        ((candidate, shape.keys()) for candidate, shape in found if counts(candidate, shape)),
-    )
+    return labelled((one, shape.keys()) for one, shape in found)
 
 
-def labelled(table: Table, found: Iterable[tuple[Candidate, tuple[str, ...]]]) -> Table:
-    """Return a table with the labels of candidates, of which the keys are known."""
-    named = {key: chosen(group) for key, group in alike(found).items()}
-    labels = {key: one.sentence if one else "" for key, one in named.items()}
-    return replace(table, labels=sealed(labels))
-
-
-def counts(candidate: Candidate, shape: Shape) -> bool:
-    """Tell whether enough came back to name it: words or whole numbers are alike by chance.
-
-    An author's sentence says most, and a slip without its place least: both take two cases.
-    """
-    is_vague = candidate.slip is not None and candidate.slip.is_vague
-    return shape.real and (len(shape.failed) > 1 or not (is_vague or candidate.origin == WRITTEN))
-
-
-def alike(
-    measured: Iterable[tuple[Candidate, tuple[str, ...]]],
-) -> Mapping[str, list[Candidate]]:
-    """Put candidates that cannot be told apart together, by the first of their keys."""
-    found: dict[str, list[Candidate]] = defaultdict(list)
-    for candidate, keys in measured:
-        if keys:
-            found[next((key for key in keys if key in found), keys[0])].append(candidate)
-    return found
-
-
-def table(setting: Setting, exercise: str) -> Table:
-    """Return an exercise's table without labels.
-
-    Raises:
-        ValueError: the solution itself loses a case.
-    """
-    (found,) = guarded.guarded(lambda: iter([_table(benches.bench(setting), exercise)]))
-    return found
-
-
-def _table(bench: Bench, exercise: str) -> Table:
-    first = next(iter(bench.functions(exercise).values()), None)
-    right = bench.right(exercise)
-    return Table({}, right, arguments_of(first), tuple(sorted(bench.words.get(exercise, ()))))
+def labelled(found: Iterable[tuple[Candidate, tuple[str, ...]]]) -> Table:
+    """Return the table of candidates, of which the keys are known."""
+    alike: dict[str, list[Candidate]] = defaultdict(list)
+    for candidate, keys in found:
+        alike[next((key for key in keys if key in alike), keys[0])].append(candidate)
+    return sealed({key: chosen(group) for key, group in alike.items()})

@@ -7,7 +7,7 @@ import difflib
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from robust_slam_autograder.misconceptions import mutators
+from tests.assignments.mutation import mutators
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 
@@ -38,11 +38,11 @@ def mutants(exercise: str, source: str) -> list[Mutant]:
     if not regions:
         raise ValueError(f"{exercise}: no line reads {BEGIN}")
     tree, found = ast.parse(source), []
-    for one in mutators.changed(source, mutators.variants):
-        if any(first < one.line < last for first, last in regions):
-            function = mutators.function_at(tree, one.line)
-            told = _changed_lines(source, one.source)
-            found.append(Mutant(exercise, function.name if function else "", one.source, *told))
+    for text, line in mutators.changed(source):
+        if any(first < line < last for first, last in regions):
+            function = mutators.function_at(tree, line)
+            told = _changed_lines(source, text)
+            found.append(Mutant(exercise, function.name if function else "", text, *told))
     return found
 
 

@@ -2,30 +2,28 @@
 
 Changes are made in the tree and put back as text at their place, so that a diff shows the change
 alone. Text in raised errors is left alone: no case may depend on it. Each change is an instance
-of a slip that a student might make, and ``slips`` has the sentence for it.
+of a slip that a student might make.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Mapping
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from robust_slam_autograder.misconceptions.slips import Change, Site, Slip, called
-
-OPERATORS: Mapping[type[ast.operator], tuple[type[ast.operator], str]] = {
-    ast.Add: (ast.Sub, "sign"),
-    ast.Sub: (ast.Add, "sign"),
-    ast.Mult: (ast.Div, "quotient"),
-    ast.Div: (ast.Mult, "quotient"),
-    ast.FloorDiv: (ast.Div, "quotient"),
-    ast.Mod: (ast.Mult, "quotient"),
-    ast.Pow: (ast.Mult, "twice for square"),
-    ast.MatMult: (ast.Mult, "elementwise"),
-    ast.BitAnd: (ast.BitOr, "logic"),
-    ast.BitOr: (ast.BitAnd, "logic"),
+OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Div,
+    ast.Mod: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.MatMult: ast.Mult,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
 }
-"""What may stand in an operator's place, and which slip that is."""
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.GtE),
     ast.LtE: (ast.Lt, ast.Gt),
@@ -38,42 +36,15 @@ COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Is: (ast.IsNot,),
     ast.IsNot: (ast.Is,),
 }
-_NEAR = ({ast.Lt, ast.LtE}, {ast.Gt, ast.GtE})
-"""Comparisons that differ at equality alone."""
 PAIRS = (
-    ("min", "max", "min max"),
-    ("any", "all", "any all"),
-    ("sum", "mean", "sum mean"),
-    ("sin", "cos", "sin cos"),
-    ("argmin", "argmax", "min max"),
-    ("minimum", "maximum", "min max"),
-    ("floor", "ceil", "floor ceil"),
-    ("zeros", "ones", "zeros ones"),
-    ("log", "log1p", "log log1p"),
-    ("exp", "expm1", "exp expm1"),
-    ("sqrt", "square", "sqrt square"),
-    ("vstack", "hstack", "vstack hstack"),
-    ("logical_and", "logical_or", "logic"),
+    *("min max", "any all", "sum mean", "sin cos", "argmin argmax", "minimum maximum"),
+    *("floor ceil", "zeros ones", "log log1p", "exp expm1", "sqrt square", "vstack hstack"),
+    "logical_and logical_or",
 )
-"""Functions that are confused, and which slip that is."""
-NAMES = {"inf": ("nan", "inf nan")} | {
-    name: (other, kind) for *pair, kind in PAIRS for name, other in (pair, reversed(pair))
+"""Functions that are confused."""
+NAMES = {"inf": "nan"} | {
+    one: other for pair in PAIRS for one, other in itertools.permutations(pair.split())
 }
-_LOST = {
-    "square": "square lost",
-    "sqrt": "root lost",
-    "abs": "size lost",
-    "log": "logarithm lost",
-    "log1p": "logarithm lost",
-    "sum": "sum lost",
-    "inv": "inverse lost",
-    "pinv": "inverse lost",
-    "transpose": "transpose lost",
-    "copy": "copied",
-}
-"""Slips where a function is left out."""
-_OPTIONS = {"axis": "axis", "keepdims": "axis", "dtype": "integers"}
-"""Slips where an argument is left out that was handed in by name."""
 SYMMETRIC = {"clip", "hypot", "isclose", "allclose", "max", "maximum", "min", "minimum"}
 """Functions whose arguments may be swapped; so may those of ``logical_and`` and its like."""
 ZEROS = {"np.zeros", "np.zeros_like"}
@@ -95,38 +66,33 @@ KEPT = (
 
 
 @dataclass(frozen=True)
-class Mutant:
-    """A solution cell with one change."""
+class Site:
+    """A node of a program's tree that may be changed, and where its parent holds it."""
 
-    source: str
-    """The text of the whole cell."""
-    line: int
-    """Where what was changed begins."""
-    slip: Slip
-    """What a student would have done wrong who had written it."""
+    parent: ast.AST
+    field: str
+    index: int | None
+    node: ast.expr | ast.stmt
+
+    def put(self, node: ast.AST) -> None:
+        """Put another node in its place."""
+        if self.index is None:
+            setattr(self.parent, self.field, node)
+        else:
+            getattr(self.parent, self.field)[self.index] = node
 
 
-Variants = Callable[[Site], Iterator[Change]]
-"""What may stand in the place of a node."""
-
-
-def changed(source: str, variants: Variants) -> Iterator[Mutant]:
-    """Yield a cell with one change, in the order of its text, no two texts alike."""
+def changed(source: str) -> Iterator[tuple[str, int]]:
+    """Yield a cell with one change and the line where it begins, no two texts alike."""
     tree = ast.parse(source)
     seen = {source}
     for site in _sites(tree):
         line = site.node.lineno
-        for change in variants(site):
-            text = _with(source, tree, site, change.variant)
+        for variant in _variants(site):
+            text = _with(source, tree, site, variant)
             if text is not None and text not in seen:
                 seen.add(text)
-                slip = change.slip(site, _arguments(function_at(tree, line)))
-                yield Mutant(text, line, slip)
-
-
-def _arguments(function: ast.FunctionDef | None) -> frozenset[str]:
-    parts = function.args if function else None
-    return frozenset(one.arg for one in [*parts.args, *parts.kwonlyargs]) if parts else frozenset()
+                yield text, line
 
 
 def _sites(parent: ast.AST) -> Iterator[Site]:
@@ -139,7 +105,7 @@ def _sites(parent: ast.AST) -> Iterator[Site]:
                 yield from _sites(node)
 
 
-def variants(site: Site) -> Iterator[Change]:
+def _variants(site: Site) -> Iterator[ast.AST]:
     """What may stand in a node's place."""
     node = site.node
     if isinstance(node, ast.stmt):
@@ -149,101 +115,85 @@ def variants(site: Site) -> Iterator[Change]:
     if is_strict or isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
         return
     yield from _of_operator(node)
-    yield from _of_constant(site)
+    yield from _of_constant(node)
     yield from _of_name(node)
     if isinstance(node, ast.Call):
         yield from _of_call(node)
     yield from _of_place(site)
 
 
-def _of_statement(node: ast.stmt) -> Iterator[Change]:
+def _of_statement(node: ast.stmt) -> Iterator[ast.AST]:
     is_docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
     if not isinstance(node, KEPT) and not is_docstring:
-        lost = "not added" if isinstance(node, ast.AugAssign) else "step lost"
-        yield Change("case lost" if isinstance(node, ast.If) else lost, ast.Pass())
+        yield ast.Pass()
     if isinstance(node, ast.AugAssign) and type(node.op) in OPERATORS:
-        other, kind = OPERATORS[type(node.op)]
-        yield Change(kind, ast.AugAssign(node.target, other(), node.value))
+        yield ast.AugAssign(node.target, OPERATORS[type(node.op)](), node.value)
     if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple):
         parts = node.value.elts
         for n in range(len(parts) - 1):
             swapped = [*parts[:n], parts[n + 1], parts[n], *parts[n + 2 :]]
-            yield Change("parts swapped", ast.Return(ast.Tuple(swapped, ast.Load())))
+            yield ast.Return(ast.Tuple(swapped, ast.Load()))
 
 
-def _of_operator(node: ast.expr) -> Iterator[Change]:
+def _of_operator(node: ast.expr) -> Iterator[ast.AST]:
     if isinstance(node, ast.BinOp):
-        op = type(node.op)
-        if op in OPERATORS:
-            other, kind = OPERATORS[op]
-            about = node.left if op is ast.Pow else node
-            yield Change(kind, ast.BinOp(node.left, other(), node.right), about)
-        if op is ast.MatMult:
-            yield Change("order", ast.BinOp(node.right, node.op, node.left))
+        if type(node.op) in OPERATORS:
+            yield ast.BinOp(node.left, OPERATORS[type(node.op)](), node.right)
+        if isinstance(node.op, ast.MatMult):
+            yield ast.BinOp(node.right, node.op, node.left)
     elif isinstance(node, ast.BoolOp):
         opposite = ast.Or() if isinstance(node.op, ast.And) else ast.And()
-        yield Change("logic", ast.BoolOp(opposite, node.values))
+        yield ast.BoolOp(opposite, node.values)
     elif isinstance(node, ast.UnaryOp) and not isinstance(node.op, ast.UAdd):
-        is_truth = isinstance(node.op, ast.Not | ast.Invert)
-        yield Change("condition" if is_truth else "negated", node.operand)
+        yield node.operand
     elif isinstance(node, ast.Compare):
         for n, compared in enumerate(map(type, node.ops)):
             for instead in COMPARISONS[compared]:
-                kind = "boundary" if {compared, instead} in _NEAR else "side"
                 ops = [*node.ops[:n], instead(), *node.ops[n + 1 :]]
-                yield Change(kind, ast.Compare(node.left, ops, node.comparators))
+                yield ast.Compare(node.left, ops, node.comparators)
 
 
-def _of_constant(site: Site) -> Iterator[Change]:
-    node, parent = site.node, site.parent
+def _of_constant(node: ast.expr) -> Iterator[ast.AST]:
     value = node.value if isinstance(node, ast.Constant) else None
     if isinstance(value, bool):
-        yield Change("truth value", ast.Constant(not value))
+        yield ast.Constant(not value)
     elif isinstance(value, int | float):
         is_far = isinstance(value, float) and abs(value) >= FAR
-        is_power = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Pow)
-        is_axis = isinstance(parent, ast.keyword) and parent.arg == "axis"
-        kind = "exponent" if is_power and site.field == "right" else "constant"
-        for other in (value * 2, value / 2) if is_far else (value + 1, value - 1, value * 2):
-            yield Change("axis" if is_axis else kind, ast.Constant(other))
+        others = (value * 2, value / 2) if is_far else (value + 1, value - 1, value * 2)
+        yield from map(ast.Constant, others)
 
 
-def _of_name(node: ast.expr) -> Iterator[Change]:
+def _of_name(node: ast.expr) -> Iterator[ast.AST]:
     if isinstance(node, ast.Name) and node.id in NAMES:
-        other, kind = NAMES[node.id]
-        yield Change(kind, ast.Name(other, node.ctx))
+        yield ast.Name(NAMES[node.id], node.ctx)
     elif isinstance(node, ast.Attribute):
         if node.attr in NAMES:
-            other, kind = NAMES[node.attr]
-            yield Change(kind, ast.Attribute(node.value, other, node.ctx))
+            yield ast.Attribute(node.value, NAMES[node.attr], node.ctx)
         elif node.attr == "T":
-            yield Change("transpose lost", node.value)
+            yield node.value
 
 
-def _of_call(node: ast.Call) -> Iterator[Change]:
+def _of_call(node: ast.Call) -> Iterator[ast.AST]:
     args, keywords = node.args, node.keywords
     for n, keyword in enumerate(keywords):
         if keyword.arg != STRICT:
-            kind = _OPTIONS.get(str(keyword.arg), "option")
-            yield Change(kind, ast.Call(node.func, args, keywords[:n] + keywords[n + 1 :]))
+            yield ast.Call(node.func, args, keywords[:n] + keywords[n + 1 :])
     if any(isinstance(arg, ast.Starred) for arg in args):
         return
-    name = called(node)
-    lost = _LOST.get(name, "function lost")
+    name = ast.unparse(node.func).rpartition(".")[2]
     if len(args) == 1 and name != "range" and not isinstance(args[0], ast.GeneratorExp):
-        yield Change(lost, args[0])  # sqrt(x) becomes x
+        yield args[0]  # sqrt(x) becomes x
     elif len(args) >= 2 and name not in SYMMETRIC and not name.startswith("logical_"):
-        yield Change("order", ast.Call(node.func, [args[1], args[0], *args[2:]], keywords))
+        yield ast.Call(node.func, [args[1], args[0], *args[2:]], keywords)
     elif not args and not keywords and isinstance(node.func, ast.Attribute):
-        yield Change(lost, node.func.value)  # x.copy() becomes x
+        yield node.func.value  # x.copy() becomes x
     if name in ("range", "arange"):
         for n, arg in enumerate(args):
             for other in _off_by_one(arg):
-                changed = ast.Call(node.func, [*args[:n], other, *args[n + 1 :]], keywords)
-                yield Change("one off", changed)
+                yield ast.Call(node.func, [*args[:n], other, *args[n + 1 :]], keywords)
 
 
-def _of_place(site: Site) -> Iterator[Change]:
+def _of_place(site: Site) -> Iterator[ast.AST]:
     """Changes that depend on where an expression stands."""
     parent, node = site.parent, site.node
     if not isinstance(node, ast.expr):
@@ -253,20 +203,18 @@ def _of_place(site: Site) -> Iterator[Change]:
         isinstance(node, ast.Compare) and len(node.ops) == 1  # the opposite comparison
     )
     if (is_test or site.field == "ifs") and not is_told_already:
-        yield Change("condition", ast.UnaryOp(ast.Not(), node))
+        yield ast.UnaryOp(ast.Not(), node)
     # Of what is returned, and of each part of a tuple that is; and of what a name stands for.
     is_returned = isinstance(parent, ast.Return) or site.field == "elts"
     numbers = (ast.BinOp, ast.Call, ast.Name, ast.Subscript)
     is_computed = isinstance(parent, ast.Assign) and isinstance(node, numbers[:2])
     is_zero = isinstance(node, ast.Call) and ast.unparse(node.func) in ZEROS
     if not is_zero and (is_computed or (is_returned and isinstance(node, numbers))):
-        yield Change("negated", ast.UnaryOp(ast.USub(), node))
+        yield ast.UnaryOp(ast.USub(), node)
     if isinstance(node, ast.Slice):
-        places = _of_slice(node)
-    else:
-        is_index = isinstance(parent, ast.Subscript) and site.field == "slice"
-        places = _off_by_one(node) if is_index else iter(())
-    yield from (Change("one off", other) for other in places)
+        yield from _of_slice(node)
+    elif isinstance(parent, ast.Subscript) and site.field == "slice":
+        yield from _off_by_one(node)
 
 
 def _of_slice(node: ast.Slice) -> Iterator[ast.expr]:
