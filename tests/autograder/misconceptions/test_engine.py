@@ -95,11 +95,9 @@ class Engine:
 
     def says(self, source: str, *answers: Answer) -> str:
         """What it says of a cell, knowing some answers."""
-        typed = [Candidate("", source)]
-        found = survey.shapes_of(self.setting, "double", lambda bench: typed)
-        return next(
-            (tables.sentence(self.table(*answers), shape.keys()) for _, shape in found), ""
-        )
+        found = survey.shapes_of(self.setting, "double", lambda bench: [Candidate("", source)])
+        keys = next((shape.keys() for _, shape in found), ())
+        return tables.sentence(self.table(*answers), keys)
 
 
 SHOWN = re.sub("(?m)^#.*\n", "", toy.DOUBLE_RANDOM)
@@ -128,6 +126,11 @@ def test_an_author_s_label_comes_before_a_rule(engine: Engine) -> None:
     assert engine.says(FOURFOLD) == "what comes back is twice what it should be"
     label = engine.says(FOURFOLD, wrong("four", other, "Doubles it twice."))
     assert label == "your function doubles it twice"
+
+
+def test_one_failed_case_is_enough_for_an_author_s_label(engine: Engine) -> None:
+    late = "def double(x):\n    y = 2 * np.asarray(x)\n    return y + 0.1234 * (y.size > 2)"
+    assert engine.says(late, wrong("late", late, "Adds to rows.")) == "your function adds to rows"
 
 
 def test_a_batch_names_what_visible_cases_saw_and_keeps_it_through_the_hidden_pass(
