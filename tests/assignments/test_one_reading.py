@@ -11,16 +11,15 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import self_check
-from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
 
 from tests.assignments import answers
 from tests.assignments.mutation.bare_fork import BareFork
+from tests.autograder import toy
 
 pytestmark = pytest.mark.long
 Cell = dict[str, Any]
@@ -79,10 +78,6 @@ def type_into_test(cells: Cells, name: str) -> None:
     answer["source"] = f"def {name}(*args, **kwargs):\n    raise NotImplementedError"
 
 
-def copy(cells: Cells, name: str, to: int) -> None:
-    cells.insert(to, deepcopy(cells[place(cells, name)]))
-
-
 def change(cells: Cells, **fields: object) -> None:
     for cell in cells:
         cell.update(fields)
@@ -123,8 +118,10 @@ CHANGES: dict[str, Change] = {
         cells, place(cells, name), place(cells, name) + 1, place(cells, name)
     ),
     "typed into a check": type_into_test,
-    "copied": lambda cells, name: copy(cells, name, place(cells, name)),
-    "copied to the end": lambda cells, name: copy(cells, name, len(cells)),
+    "copied": lambda cells, name: cells.insert(
+        place(cells, name), *deepcopy(answer_of(cells, name))
+    ),
+    "copied to the end": lambda cells, name: cells.extend(deepcopy(answer_of(cells, name))),
     "moved to the end": lambda cells, name: cells.append(cells.pop(place(cells, name))),
     "moved to the start": lambda cells, name: cells.insert(0, cells.pop(place(cells, name))),
     "Markdown": lambda cells, name: change(answer_of(cells, name), cell_type="markdown"),
@@ -175,10 +172,6 @@ def written(name: str, released: Path, wrong: int) -> str:
     return answers.text(answers.with_answers(answers.source_notebook(name, released), chosen))
 
 
-def read(value: dict[str, Any], tests: Assignment) -> submission.Submission:
-    return submission.collect(notebook.parse(json.dumps(value).encode(), "a.ipynb"), tests)
-
-
 def passed(result: Result) -> dict[str, bool]:
     return {exercise.name: exercise.status == "passed" for exercise in result.exercises}
 
@@ -201,8 +194,8 @@ def test_both_pick_the_same_code_after_each_change_to_each_exercise(
         for exercise in graded.exercises:
             value = json.loads(written(name, released, 0))
             how(value["cells"], exercise)
-            found = read(value, described)
-            assert found == read(value, graded)
+            found = toy.submission(value, described)
+            assert found == toy.submission(value, graded)
             assert bool(found.missing) == (how in LOSES.values())
             tried += 1
     assert tried == len(CHANGES | LOSES) * len(graded.exercises)
@@ -218,7 +211,7 @@ def test_check_passes_what_the_visible_cases_of_the_grade_pass(
     graded = load(name)
 
     def grade(value: dict[str, Any]) -> dict[str, bool]:
-        whose = marking.Whose("a", graded, read(value, graded))
+        whose = marking.Whose("a", graded, toy.submission(value, graded))
         return passed(marking.look(whose, sandbox=BareFork()).result)
 
     value = json.loads(written(name, released, wrong))
@@ -232,18 +225,3 @@ def test_check_passes_what_the_visible_cases_of_the_grade_pass(
     result, _ = self_check.run(answers.write(tmp_path / f"{name}.ipynb", value))
     assert passed(result) == grade(value) == before
     assert wrong == 0 or not all(before.values())
-
-
-def test_another_format_is_refused_by_both_in_one_sentence(released: Path, tmp_path: Path) -> None:
-    name = answers.assignments()[0]
-    value = json.loads(written(name, released, 0))
-    folder = tmp_path / name
-    path = answers.write(folder / f"{name}.ipynb", value | {"nbformat_minor": 0})
-    (folder / "autograder.toml").write_bytes((released / name / "autograder.toml").read_bytes())
-    assert read(json.loads(path.read_text()), load(name)) == read(value, load(name))
-    answers.write(path, value | {"nbformat": 3})
-    with pytest.raises(Refused) as refused:
-        notebook.read(path)
-    with pytest.raises(WrongUse) as wrong:
-        self_check.run(path)
-    assert str(refused.value) == str(wrong.value)

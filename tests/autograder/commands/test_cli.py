@@ -279,11 +279,6 @@ class TestCheck:
         status, _, err = autograder("check", other, "--release", course / "release")
         assert status == 2 and f"{course / 'release'} has none for it" in err
 
-    def test_copied_cells_and_magics_are_no_obstacle(self, check):
-        value = toy.answer("%%time\n" + RIGHT)
-        value["cells"].insert(2, value["cells"][1] | {"source": "!ls\n" + RIGHT, "id": "copy"})
-        assert check(value)[0] == 0
-
     @pytest.mark.parametrize(
         ("module", "config", "said"),
         [
