@@ -10,6 +10,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import filterfalse
 from pathlib import Path
 
 import grimp
@@ -65,16 +66,14 @@ class Depth:
         self, config: pytest.Config, items: list[pytest.Item]
     ) -> None:
         """Leave out what is marked; begin with long files, or with what a change touched."""
-        left = [item for item in items if self._is_left_out(item)]
-        config.hook.pytest_deselected(items=left)
-        gone = set(left)
-        kept = [item for item in items if item not in gone]
+        config.hook.pytest_deselected(items=list(filter(self._is_left_out, items)))
+        items[:] = filterfalse(self._is_left_out, items)
         if self.name == "quick":
             first = touched()
-            items[:] = sorted(kept, key=lambda item: item.path not in first)
+            items.sort(key=lambda item: item.path not in first)
         else:
             # So that no process is left alone with a long file at the end.
-            items[:] = sorted(kept, key=lambda item: item.get_closest_marker("long") is None)
+            items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
     def _is_left_out(self, item: pytest.Item) -> bool:
         if self.name == "quick" and BROWSER in getattr(item, "fixturenames", ()):

@@ -36,20 +36,13 @@ def _program(*names: str) -> Callable[[], bool]:
     return lambda: any(map(shutil.which, names))
 
 
-def _has_initdb() -> bool:
-    return any(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
-
-
-def _graphs() -> bool:
-    return all(map(datasets.is_here, datasets.NAMES))
-
-
 ALL, NOT_QUICK, DEEP = map(
     frozenset,
     (LEFT_OUT, LEFT_OUT.keys() - {"quick"}, LEFT_OUT.keys() - {"quick", "test"}),
 )
 NEEDS = (
-    Need("public pose graphs", "tests on them", "make data", _graphs, ALL),
+    Need("public pose graphs", "tests on them", "make data",
+         lambda: all(map(datasets.is_here, datasets.NAMES)), ALL),
     Need("gtsam", "comparisons with GTSAM", "Python 3.11 to 3.13 on x86-64 Linux",
          lambda: find_spec("gtsam") is not None, ALL),
     Need("a sandbox", "tests of what student code may do", "autograder doctor",
@@ -60,17 +53,8 @@ NEEDS = (
          _program("firefox-esr", "firefox"), DEEP),
     Need("gpg", "tests of encrypted marks", "apt-get install gnupg", _program("gpg"), DEEP),
     Need("PostgreSQL", "tests of a gradebook on a server", "apt-get install postgresql",
-         _has_initdb, DEEP),
+         lambda: any(Path("/usr/lib/postgresql").glob("*/bin/initdb")), DEEP),
 )  # fmt: skip
-
-
-def missing(depth: str) -> list[str]:
-    """Return a line for each need of a depth that this machine does not meet."""
-    return [
-        f"Missing: {need.what}, so {need.tests} are left out. Remedy: {need.remedy}."
-        for need in NEEDS
-        if depth in need.depths and not need.is_here()
-    ]
 
 
 def main(words: list[str]) -> int:
@@ -79,11 +63,12 @@ def main(words: list[str]) -> int:
     parser.add_argument("depth", choices=list(LEFT_OUT))
     parser.add_argument("--strict", action="store_true", help="fail where something is missing")
     options = parser.parse_args(words)
-    for line in (lines := missing(options.depth)):
-        print(line)
-    if lines and options.strict:
+    missing = [need for need in NEEDS if options.depth in need.depths and not need.is_here()]
+    for need in missing:
+        print(f"Missing: {need.what}, so {need.tests} are left out. Remedy: {need.remedy}.")
+    if missing and options.strict:
         print("STRICT=1 leaves nothing out, so nothing was run.")
-    return int(bool(lines) and options.strict)
+    return int(bool(missing) and options.strict)
 
 
 if __name__ == "__main__":

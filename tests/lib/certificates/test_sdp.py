@@ -90,24 +90,19 @@ def test_the_connection_matrix_holds_the_cost_of_any_matrices(d, seed):
 
 
 @pytest.mark.parametrize("alpha", [0.3, -0.7, 0.95])
-def test_a_three_cycle_costs_12_times_1_minus_cos_alpha(d, alpha):
+def test_a_three_cycle_has_its_exact_cost_and_the_eigenvalues_of_its_certificate(d, alpha):
     # Each of the three edges keeps the error alpha, and ‖I − R(α)‖²_F = 4 (1 − cos α).
-    Q = cycle(d, 3, alpha)
+    Q, R = cycle(d, 3, alpha), row([np.eye(d)] * 3)
     solution = solve_sdp(Q, d)
     assert solution.value == pytest.approx(12.0 * (1.0 - np.cos(alpha)), rel=1e-6)
     assert solution.rank == d
-    assert is_tight(solution.Z, Q, row([np.eye(d)] * 3))
-
-
-@pytest.mark.parametrize("alpha", [0.3, -0.7, 0.95])
-def test_the_certificate_of_a_three_cycle_has_its_exact_eigenvalues(d, alpha):
+    assert is_tight(solution.Z, Q, R)
     # As complex numbers Q is 2 − e^{iα} shift − its adjoint, Λ = 2 − 2 cos α, and the
     # waves e^{2πik/3} are eigenvectors. About the axis, in space, no rotation shows and S
     # is the Laplacian of the ring: 0, 3, 3.
     waves = 2.0 * np.cos(alpha) - 2.0 * np.cos(alpha + 2.0 * np.pi * np.arange(3) / 3.0)
     expected = np.concatenate([waves, waves, [0.0, 3.0, 3.0] if d == 3 else []])
-    eigenvalues = dense_certificate(cycle(d, 3, alpha), row([np.eye(d)] * 3))[1]
-    np.testing.assert_allclose(eigenvalues, np.sort(expected), atol=1e-12)
+    np.testing.assert_allclose(dense_certificate(Q, R)[1], np.sort(expected), atol=1e-12)
 
 
 def test_at_a_tight_optimum_the_certificate_has_d_zeros_and_no_negative(d, seed):
@@ -223,11 +218,6 @@ def test_without_cvxpy_the_fix_is_named(monkeypatch):
         solve_sdp(cycle(2, 3, 0.3), 2)
 
 
-def test_a_graph_too_large_for_a_dense_solver_is_sent_to_the_sparse_certificate():
-    with pytest.raises(ValueError, match=r"62 rows .* robust_slam\.certificate"):
-        solve_sdp(np.eye(SIZE_LIMIT + 2), 2)
-
-
 @refused(
     ({"edges": [[0, 2]]}, r"edge 0 is \[0, 2\]; poses are 0 to 1"),
     ({"rotations": [np.eye(2)] * 2}, "rotations: the shape"),
@@ -249,8 +239,9 @@ def test_measurements_that_are_none_are_refused_by_name(wrong, message):
     ((np.eye(4), 3), "Q: 4 rows are not blocks of d = 3"),
     ((np.eye(4), 1), "Q: 4 rows are not blocks of d = 1"),
     ((np.empty((0, 0)), 2), "Q: the shape"),
+    ((np.eye(SIZE_LIMIT + 2), 2), r"62 rows .* robust_slam\.certificate"),
 )
-def test_a_matrix_that_is_no_cost_is_refused_by_name(wrong, message):
+def test_a_matrix_that_is_no_cost_or_too_large_is_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):
         solve_sdp(*wrong)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from robust_slam.estimators import gnc, graduation, irls, kernels
-from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.result import StopReason
 from robust_slam.problems import LinearProblem, LocationProblem
 from robust_slam_course.plots.landscapes import minima
 
@@ -225,31 +225,24 @@ def loop_case(
     usual = 1e-9 if method["name"] == "gnc" else 1e-12
     options = {"maxIterations": limit, "tol": usual if tol is None else tol}
     options |= method.get("options", {})
-    expected = _expected(_solved(problem, method, limit, options["tol"]))
-    return Case({"problem": given, "method": method | {"options": options}}, expected)
-
-
-def _solved(problem: Any, method: dict[str, Any], limit: int, tol: float) -> Result[Any]:
     x0 = problem.guess if isinstance(method["x0"], str) else method["x0"]
-    common = {"tol": tol, "max_iterations": limit}
+    common = {"tol": options["tol"], "max_iterations": limit, **method.get("options", {})}
     if method["name"] == "irls":
-        return irls(problem, kernels.KERNELS[method["kernel"]](method["c"]), x0, **common)
-    return gnc(problem, method["c"], method["kind"], x0, **method.get("options", {}), **common)
-
-
-def _expected(result: Result[Any]) -> dict[str, Any]:
+        result = irls(problem, kernels.KERNELS[method["kernel"]](method["c"]), x0, **common)
+    else:
+        result = gnc(problem, method["c"], method["kind"], x0, **common)
     history = [
         {"weights": step.weights, "cost": step.cost, "mu": step.mu, "x": _solution(step.x)}
         for step in result.history
     ]
-    spare = 1 if result.stop is StopReason.CONVERGED else 0
-    return {
+    expected = {
         "stop": result.stop.value,
         "x": _solution(result.x),
         "weights": result.weights,
         "cost": result.cost,
-        "history": Steps(history, spare),
+        "history": Steps(history, spare=int(result.stop is StopReason.CONVERGED)),
     }
+    return Case({"problem": given, "method": method | {"options": options}}, expected)
 
 
 def _solution(x: Any) -> Any:

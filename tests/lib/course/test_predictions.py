@@ -241,24 +241,15 @@ def graduation(data: Any, state: Any) -> Told:
 
 
 def robots(data: Any, state: Any) -> Told:
-    rejected = []
+    rejected, given = [], len(data["edges"])
+    whole, _ = with_wrong(graph_of(data), state["wrong"])
     for count in range(3):
-        whole = graph_of_fleet(data, state["wrong"], count)
-        run = rounds.solve(whole, data["labels"], C, max_rounds=60, tol=1e-3).rounds
+        # The wrong closures come first, as the script has them.
+        left = set(range(given)) - set(data["withC"][count:])
+        graph = pose_graph.rows_of(whole, [*range(given, len(whole.edges)), *sorted(left)])
+        run = rounds.solve(graph, data["labels"], C, max_rounds=60, tol=1e-3).rounds
         rejected.append(run[-1].weights[0] == 0)
     return ("none", "one", "two")[rejected.index(True)], []
-
-
-def graph_of_fleet(data: Any, wrong: Any, correct: int) -> PoseGraph:
-    """The graph of the robots with the wrong closures first, as the script has them."""
-    left = data["withC"][correct:]
-    whole, _ = with_wrong(graph_of(data), wrong)
-    used = [k for k in range(len(data["edges"])) if k not in left]
-    order = [*range(len(data["edges"]), len(whole.edges)), *used]
-    return PoseGraph(
-        whole.n, whole.edges[order], whole.measurement[order], whole.information[order],
-        whole.is_odometry[order],
-    )  # fmt: skip
 
 
 def arena(data: Any, state: Any) -> Told:

@@ -7,6 +7,8 @@ largest residual 7.5, so μ starts at 4/108.5 (TLS).
 
 from __future__ import annotations
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from robust_slam.estimators import StopReason, chi_square_threshold, irls, kernels
@@ -35,16 +37,12 @@ def mu(request):
     return request.param
 
 
-def knees(c, mu):
-    return c * np.sqrt(mu / (mu + 1.0)), c * np.sqrt((mu + 1.0) / mu)
-
-
 def test_the_weight_is_influence_over_residual(kind, mu):
     surrogate, weight, _ = SURROGATES[kind]
     u, h = U[np.abs(U) > 0.1], 1e-6
     if kind == "tls":
-        away = [np.abs(np.abs(u) - knee) > 10.0 * h for knee in knees(2.0, mu)]
-        u = u[np.logical_and(*away)]
+        knees = 2.0 * np.sqrt([[mu / (mu + 1.0)], [(mu + 1.0) / mu]])
+        u = u[np.all(np.abs(np.abs(u) - knees) > 10.0 * h, axis=0)]
     slope = (surrogate(u + h, 2.0, mu) - surrogate(u - h, 2.0, mu)) / (2.0 * h)
     np.testing.assert_allclose(weight(u, 2.0, mu), slope / u, atol=1e-7)
 
@@ -234,17 +232,11 @@ def test_a_solve_that_flutters_where_no_cost_is_left_to_lower_is_at_rest():
 
 def test_an_exact_solve_is_repeated_once_and_no_more():
     """One solve for the mean, one for each of two μ, one to see that it is at rest."""
-
-    class Counting(LocationProblem):
-        solves = 0
-
-        def solve(self, weights, x):
-            self.solves += 1
-            return super().solve(weights, x)
-
-    problem = Counting(A)
-    gnc(problem, 2.0)
-    assert problem.solves == 4
+    with patch.object(
+        LocationProblem, "solve", autospec=True, side_effect=LocationProblem.solve
+    ) as solve:
+        gnc(LocationProblem(A), 2.0)
+    assert solve.call_count == 4
 
 
 def test_a_solve_that_does_not_come_to_rest_ends_at_a_limit(kind):
@@ -295,26 +287,19 @@ def test_an_adaptive_mu_moves_on_by_two_factors_until_a_weight_is_one_and_then_b
 
 
 @refused(
-    ({"c": 0.0}, r"c is 0\.0"),
-    ({"factor": 1.0}, r"factor is 1\.0; μ has to move on"),
-    ({"mu0": 0.0}, r"mu0 is 0\.0"),
-    ({"kind": "huber"}, "kind is 'huber'; give one of 'tls', 'gm'"),
-    ({"max_iterations": 0}, "max_iterations is 0"),
+    (lambda: gnc(LocationProblem(A), 0.0), r"c is 0\.0"),
+    (lambda: gnc(LocationProblem(A), 1.0, factor=1.0), r"factor is 1\.0; μ has to move on"),
+    (lambda: gnc(LocationProblem(A), 1.0, mu0=0.0), r"mu0 is 0\.0"),
+    (lambda: gnc(LocationProblem(A), 1.0, "huber"), "kind is 'huber'; give one of 'tls', 'gm'"),
+    (lambda: gnc(LocationProblem(A), 1.0, max_iterations=0), "max_iterations is 0"),
+    (lambda: start_mu(-1.0, 1.0), "u_max is"),
+    (lambda: start_mu(np.nan, 1.0), "u_max is"),
+    (lambda: start_mu(1.0, 0.0), "c is 0"),
+    (lambda: start_mu(1.0, 1.0, "TLS"), "kind is 'TLS'"),
 )
 def test_bad_arguments_are_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):
-        gnc(LocationProblem(A), **({"c": 1.0} | wrong))
-
-
-@refused(
-    ((-1.0, 1.0), "u_max is"),
-    ((np.nan, 1.0), "u_max is"),
-    ((1.0, 0.0), "c is 0"),
-    ((1.0, 1.0, "TLS"), "kind is 'TLS'"),
-)
-def test_a_first_mu_of_nonsense_is_refused_by_name(wrong, message):
-    with pytest.raises(ValueError, match=message):
-        start_mu(*wrong)
+        wrong()
 
 
 @refused(((0.0, 1.0), "c is 0"), ((1.0, -1.0), "mu is -1"), ((1.0, np.inf), "mu is"))

@@ -27,19 +27,14 @@ from tests.lib.factors.made import Twin, error, everything
 from tests.lib.worlds import assert_same_poses, curving_walk, refused, shaken
 
 
-def least_squares_of(gtsam, twin, x):
-    """The map at which GTSAM's Levenberg–Marquardt ends."""
-    settings = gtsam.LevenbergMarquardtParams()
+def test_least_squares_are_those_of_gtsam(gtsam, group, seed):
+    graph, x = everything(group, seed, error=0.05)
+    twin, settings = Twin(gtsam, graph), gtsam.LevenbergMarquardtParams()
     settings.setRelativeErrorTol(1e-15)
     settings.setAbsoluteErrorTol(1e-15)
     settings.setMaxIterations(500)
     optimizer = gtsam.LevenbergMarquardtOptimizer(twin.factors, twin.values(x), settings)
-    return twin.map(optimizer.optimize())
-
-
-def test_least_squares_are_those_of_gtsam(gtsam, group, seed):
-    graph, x = everything(group, seed, error=0.05)
-    theirs = least_squares_of(gtsam, Twin(gtsam, graph), x)
+    theirs = twin.map(optimizer.optimize())
     assert_same_poses(group, FactorGraphProblem(graph, x).initial(), theirs, atol=1e-6)
 
 
@@ -215,33 +210,29 @@ PAIR = np.array([[0, 50], [1, 50]])
 
 
 @refused(
-    (
-        {"priors": Factors([50], np.zeros((1, 3)), np.eye(3))},
-        r"priors.nodes: entry 0 is 50; poses",
-    ),
-    (
-        {"priors": Factors([[0]], np.zeros((1, 3)), np.eye(3))},
-        r"nodes: the shape is \(1, 1\); giv",
-    ),
-    ({"positions": Factors([0], [[1.0]], np.eye(2))}, r"positions.measurement: the shape is"),
-    ({"positions": Factors([0.5], [[1.0, 2.0]], np.eye(2))}, "the entries are float64; give num"),
-    (
-        {"points": Factors(PAIR[:, ::-1], np.zeros((2, 2)), np.eye(2))},
-        r"entry 0 is \[50, 0\]; pos",
-    ),
-    (
-        {"points": Factors(PAIR, np.zeros((2, 2)), -np.eye(2))},
-        "points.information: entry 0 is not",
-    ),
-    ({"points": Factors(PAIR, np.zeros((2, 2)), np.eye(3))}, r"points.information: the shape is"),
-    ({"ranges": Factors([[0, 0]], [1.0], 1.0)}, "ranges.nodes: entry 0 joins a node to itself"),
-    ({"ranges": Factors(PAIR, [1.0, -1.0], 1.0)}, "ranges.measurement: entry 1 is negative"),
-    ({"landmarks": -1}, "landmarks is -1"),
-    ({"landmarks": 90}, r"landmarks: landmark \d+, node \d+, is in no factor \(\d+ are in none\)"),
+    (("priors", [50], np.zeros((1, 3)), np.eye(3)), "priors.nodes: entry 0 is 50; poses"),
+    (("priors", [[0]], np.zeros((1, 3)), np.eye(3)), r"nodes: the shape is \(1, 1\); giv"),
+    (("positions", [0], [[1.0]], np.eye(2)), "positions.measurement: the shape is"),
+    (("positions", [0.5], [[1.0, 2.0]], np.eye(2)), "the entries are float64; give num"),
+    (("points", PAIR[:, ::-1], np.zeros((2, 2)), np.eye(2)), r"entry 0 is \[50, 0\]; pos"),
+    (("points", PAIR, np.zeros((2, 2)), -np.eye(2)), "points.information: entry 0 is not"),
+    (("points", PAIR, np.zeros((2, 2)), np.eye(3)), "points.information: the shape is"),
+    (("ranges", [[0, 0]], [1.0], 1.0), "ranges.nodes: entry 0 joins a node to itself"),
+    (("ranges", PAIR, [1.0, -1.0], 1.0), "ranges.measurement: entry 1 is negative"),
 )
 def test_a_bad_factor_is_refused_by_kind_and_number(wrong, message):
+    kind, *given = wrong
     with pytest.raises(ValueError, match=message):
-        replace(DRIVE, **wrong)
+        replace(DRIVE, **{kind: Factors(*given)})
+
+
+@refused(
+    (-1, "landmarks is -1"),
+    (90, r"landmarks: landmark \d+, node \d+, is in no factor \(\d+ are in none\)"),
+)
+def test_a_bad_number_of_landmarks_is_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        replace(DRIVE, landmarks=wrong)
 
 
 def test_a_prior_that_mirrors_is_refused():

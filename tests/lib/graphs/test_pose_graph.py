@@ -127,8 +127,6 @@ def test_selected_edges_are_a_graph_of_their_own(group):
     )
     with pytest.raises(ValueError, match="is not joined to pose 0"):
         select(graph, np.arange(9) > 6)
-    with pytest.raises(ValueError, match="used: the shape"):
-        select(graph, [True])
 
 
 def test_indices_in_place_of_a_mask_are_refused():
