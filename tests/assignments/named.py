@@ -14,6 +14,7 @@ import argparse
 import functools
 import random
 import sys
+from collections.abc import Iterator
 
 from robust_slam_autograder.misconceptions import candidates, survey, tables
 from robust_slam_autograder.misconceptions.bench import Setting
@@ -26,7 +27,7 @@ Named = tuple[Answer, str, str]
 """A wrong answer, its name, and the one that it has where it is unknown; both may be empty."""
 
 
-def named(name: str, exercise: str) -> list[Named]:
+def named(name: str, exercise: str) -> Iterator[Named]:
     """Name the wrong answers to an exercise that a visible case stops."""
     path = answers.SOLUTIONS / name / f"{name}.ipynb"
     setting = Setting(path, assignment_module.load(path))
@@ -35,12 +36,10 @@ def named(name: str, exercise: str) -> list[Named]:
     found = [(one, shape.keys()) for one, shape in survey.shapes_of(setting, exercise, choice)]
     keys = {one.source: keys for one, keys in found}
     whole = survey.labelled(found)
-    told = []
-    for answer in (one for one in mine if one.is_visible):
-        rest = survey.labelled(pair for pair in found if pair[0].source != answer.source)
-        own = keys.get(answer.source, ())
-        told.append((answer, tables.sentence(whole, own), tables.sentence(rest, own)))
-    return told
+    for one in (one for one in mine if one.is_visible):
+        rest = survey.labelled(pair for pair in found if pair[0].source != one.source)
+        own = keys.get(one.source, ())
+        yield one, tables.sentence(whole, own), tables.sentence(rest, own)
 
 
 def main() -> int:
@@ -53,7 +52,7 @@ def main() -> int:
     for name, only in (one.partition("/")[::2] for one in given.names):
         for exercise in answers.solutions(name):
             if only in ("", exercise):
-                told += (mine := named(name, exercise))
+                told += (mine := [*named(name, exercise)])
                 print(f"{name[:2]}/{exercise}: {_share(mine)}", flush=True)
     print(f"all: {_share(told)}")
     shown = [(one, said) for one, _, said in told if said]

@@ -55,8 +55,6 @@ _ARGUMENT: Mapping[str, Change] = {
     "one over {} stood in its place": lambda x: 1 / x,
     "{} were 1 everywhere, or left out": np.ones_like,
     "{} were 0, or ignored": np.zeros_like,
-    "{} were in degrees": np.rad2deg,
-    "{} were taken for degrees": np.deg2rad,
     "the fractions of {} were cut off": np.trunc,
     "the entries of {} were in another order": lambda x: x[::-1] if x.ndim else x,
     "{} were sorted": lambda x: np.sort(x, axis=0) if x.ndim else x,
