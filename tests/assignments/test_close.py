@@ -13,22 +13,13 @@ close = reference.load("03-irls").names["close"]
 
 
 @pytest.mark.parametrize(
-    ("got", "want"),
-    [
-        (1 + 1e-9, 1),
-        ([1, 2], np.array([1.0, 2.0])),
-        (np.inf, np.inf),
-        ([True, False], [1, 0]),
-        ([], np.zeros(0)),
-    ],
-)
-def test_lists_numbers_and_truths_agree_with_arrays(got: Any, want: Any) -> None:
-    close(got, want)
-
-
-@pytest.mark.parametrize(
     ("got", "want", "said"),
     [
+        (1 + 1e-9, 1, ""),
+        ([1, 2], np.array([1.0, 2.0]), ""),
+        (np.inf, np.inf, ""),
+        ([True, False], [1, 0], ""),
+        ([], np.zeros(0), ""),
         ([1.0], 1.0, "Got shape (1,), expected one number."),
         (1.0, [1.0, 1.0], "Got one number, expected shape (2,)."),
         ([], [1.0], "Got shape (0,), expected shape (1,)."),
@@ -40,10 +31,13 @@ def test_lists_numbers_and_truths_agree_with_arrays(got: Any, want: Any) -> None
         ([[1, 2], [3, 5]], [[1, 2], [3, 4]], "Why.\nHere, entry [1, 1] is 5; expected 4."),
     ],
 )
-def test_what_differs_is_said(got: Any, want: Any, said: str) -> None:
-    with pytest.raises(AssertionError) as caught:
+def test_lists_agree_with_arrays_and_what_differs_is_said(got: Any, want: Any, said: str) -> None:
+    found = ""
+    try:
         close(got, want, "Why.")
-    assert str(caught.value) == said
+    except AssertionError as error:
+        found = str(error)
+    assert found == said
 
 
 def test_the_tolerance_may_be_another() -> None:

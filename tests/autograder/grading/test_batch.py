@@ -144,13 +144,9 @@ def test_a_call_that_nothing_interrupts_is_the_students_timeout(
     course: Path, started: list[tuple[str, bool, bool]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A function of the test's computes for minutes in C, for arguments that the student sent."""
-    settings = course / "solutions" / toy.NAME / "autograder.toml"
-    settings.write_text(LIMITS)
     monkeypatch.setattr(batch, "GRACE_SECONDS", 10.0)
-    path = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    value = toy.source_notebook()
-    value["cells"][3]["source"] = "double(lambda n: sum(range(n)))\n"
-    toy.write(path, value)
+    test = "double(lambda n: sum(range(n)))\n"
+    toy.make_tree(course, LIMITS, toy.source_notebook(double_random=test))
     leave(course, "ada")
     long = "def double(x):\n    return 6 if x == 3 else x(10**12)\n"
     for student in ("ada", "bob"):
@@ -162,10 +158,7 @@ def test_a_call_that_nothing_interrupts_is_the_students_timeout(
 
 
 def test_hidden_inputs_follow_from_the_secret_and_the_notebooks_bytes(course: Path) -> None:
-    path = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    value = toy.source_notebook()
-    value["cells"][3]["source"] = RANDOM
-    toy.write(path, value)
+    toy.make_tree(course, value=toy.source_notebook(double_random=RANDOM))
     leave(course, "ada")
     for n in range(8):
         for student in (f"dot-{n}", f"eve-{n}"):
@@ -193,8 +186,7 @@ def test_each_student_is_graded_with_a_number_of_their_own(course: Path) -> None
         (kept.town("ada"), [20, 16]),
         (kept.town("dot"), [16, 20]),
     ):
-        value = toy.source_notebook(double_by_hand=seen.format(town))
-        toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+        toy.make_tree(course, value=toy.source_notebook(double_by_hand=seen.format(town)))
         assert [item.load().score for item in grade(course)] == scores
 
 
@@ -262,8 +254,7 @@ def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
     course: Path, monkeypatch: pytest.MonkeyPatch, how: str, reason: str
 ) -> None:
     if how == "hang":
-        settings = course / "solutions" / toy.NAME / "autograder.toml"
-        settings.write_text("[limits]\nnotebook_seconds = 0.1\n")
+        toy.make_tree(course, "[limits]\nnotebook_seconds = 0.1\n")
         monkeypatch.setattr(batch, "GRACE_SECONDS", 0.3)
     leave(course, "ada", "dot")
     graded = grade(course, wall=Failing(how))

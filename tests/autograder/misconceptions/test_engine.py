@@ -30,33 +30,26 @@ def digests(*values: object) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("one", "other", "are_alike"),
     [
-        ([1.0, 2.0], np.array([1, 2])),
-        (np.float32(0.5), 0.5 + 1e-12),
-        ((1e300, np.nan, np.inf), [1e300, np.nan, np.inf]),
-        ({"a": 1, "b": (2.5, None)}, {"b": [2.5, None], "a": 1.0}),
+        ([1.0, 2.0], np.array([1, 2]), True),
+        (np.float32(0.5), 0.5 + 1e-12, True),
+        ((1e300, np.nan, np.inf), [1e300, np.nan, np.inf], True),
+        ({"a": 1, "b": (2.5, None)}, {"b": [2.5, None], "a": 1.0}, True),
+        ([1.0, 2.0], [2.0, 1.0], False),
+        (0.5, 0.5001, False),
+        (np.nan, np.inf, False),
+        (np.inf, -np.inf, False),
+        (True, 1.0, False),
+        ([1.0, 2.0], [[1.0, 2.0]], False),
+        ("yes", "no", False),
+        ((1.0, 2.0), (1.0, "2.0"), False),
     ],
 )
-def test_the_same_values_have_a_digest_in_common(one: object, other: object) -> None:
-    assert set(digests(one)) & set(digests(other))
-
-
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        ([1.0, 2.0], [2.0, 1.0]),
-        (0.5, 0.5001),
-        (np.nan, np.inf),
-        (np.inf, -np.inf),
-        (True, 1.0),
-        ([1.0, 2.0], [[1.0, 2.0]]),
-        ("yes", "no"),
-        ((1.0, 2.0), (1.0, "2.0")),
-    ],
-)
-def test_other_values_have_none(one: object, other: object) -> None:
-    assert not set(digests(one)) & set(digests(other))
+def test_the_same_values_alone_have_a_digest_in_common(
+    one: object, other: object, are_alike: bool
+) -> None:
+    assert bool(set(digests(one)) & set(digests(other))) is are_alike
 
 
 class Odd:
@@ -157,21 +150,6 @@ def test_words_and_whole_numbers_name_no_slip(engine: Engine, value: object) -> 
 def test_two_labels_for_the_same_values_are_none(engine: Engine) -> None:
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
     assert engine.says(FOURFOLD, one, two) == ""
-
-
-@pytest.mark.parametrize(
-    "source",
-    [
-        "def double(x):\n    return 2 * np.asarray(x)",
-        "def double(x):\n    return x + 0.1234",
-        "def double(x):\n    raise NotImplementedError",
-        "def double(x):\n    while True:\n        pass",
-        "def double(x):\n    return None",
-    ],
-    ids=["right", "unknown", "unwritten", "hangs", "nothing"],
-)
-def test_what_is_right_or_unknown_has_no_name(engine: Engine, source: str) -> None:
-    assert engine.says(source) == ""
 
 
 def test_a_table_holds_no_label_that_could_be_read(engine: Engine, tmp_path: Path) -> None:

@@ -109,30 +109,24 @@ def fill(group: Group, pairs: int) -> Any:
     return subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
 
 
-def used(group: Group) -> int:
-    names = ("memory.current", "memory.usage_in_bytes")
-    found = [path for name in names if (path := group.folder / name).exists()]
-    return int(found[0].read_text())
+USED = ("memory.current", "memory.usage_in_bytes")
+LIMITS = ("memory.max", "memory.limit_in_bytes")
 
 
-def limits_of(group: Group) -> list[Path]:
-    return [
-        path
-        for name in ("memory.max", "memory.limit_in_bytes")
-        if (path := group.folder / name).exists()
-    ]
+def files(group: Group, names: tuple[str, str]) -> list[Path]:
+    return [path for name in names if (path := group.folder / name).exists()]
 
 
 def test_a_group_has_the_sandboxs_limit_and_counts_what_sockets_hold(group: Group) -> None:
-    assert [int(path.read_text()) for path in limits_of(group)] == [terms.MEMORY_BYTES]
+    assert [int(path.read_text()) for path in files(group, LIMITS)] == [terms.MEMORY_BYTES]
     with fill(group, 200) as process:
         assert process.stdout.readline() == "full\n"
-        assert used(group) > 200 * 200_000
+        assert int(files(group, USED)[0].read_text()) > 200 * 200_000
         process.stdin.close()
 
 
 def test_a_group_ends_what_holds_more(group: Group) -> None:
-    for path in limits_of(group):
+    for path in files(group, LIMITS):
         path.write_text(str(64 * 2**20))
     with fill(group, 400) as process:
         assert process.wait() == -signal.SIGKILL
