@@ -72,12 +72,8 @@ def town() -> PoseGraph:
     return add_random_closures(graph, 8, rng, poses=truth)[0]
 
 
-def in_degrees(graph: PoseGraph) -> PoseGraph:
-    return replace(graph, measurement=graph.measurement * [1.0, 1.0, 180.0 / np.pi])
-
-
-def left_handed(graph: PoseGraph) -> PoseGraph:
-    return replace(graph, measurement=graph.measurement * [1.0, 1.0, -1.0])
+def turned_by(factor: float) -> Callable[[PoseGraph], PoseGraph]:
+    return lambda graph: replace(graph, measurement=graph.measurement * [1.0, 1.0, factor])
 
 
 def between_drives(graph: PoseGraph) -> PoseGraph:
@@ -87,24 +83,23 @@ def between_drives(graph: PoseGraph) -> PoseGraph:
     return replace(graph, measurement=z, information=own)
 
 
-def too_precise(graph: PoseGraph) -> PoseGraph:
-    return replace(graph, information=100.0 * graph.information)
-
-
 @pytest.mark.long
 class TestTheDoctor:
     @pytest.mark.parametrize(
         ("fault", "words"),
         [
-            (in_degrees, "if these are degrees"),
+            (turned_by(180.0 / np.pi), "if these are degrees"),
             (lambda g: replace(g, information=np.linalg.inv(g.information)), "are covariances"),
             (
                 lambda g: replace(g, measurement=g.inverse_measurement),
                 "Read with i and j swapped in all edges, ",
             ),
             (between_drives, "edge 20-21 counts as odometry.*write 20-21 under Options"),
-            (left_handed, "Read with rotations of the other sense"),
-            (too_precise, "deviations ten times as large|deviations that are too small"),
+            (turned_by(-1.0), "Read with rotations of the other sense"),
+            (
+                lambda g: replace(g, information=100.0 * g.information),
+                "deviations ten times as large|deviations that are too small",
+            ),
         ],
         ids=["degrees", "covariances", "swapped", "between-drives", "left-handed", "precise"],
     )

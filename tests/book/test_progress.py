@@ -188,16 +188,12 @@ def test_what_is_kept_goes_to_another_browser_as_a_file(browser: Browser, tmp_pa
             assert page.evaluate(KEPT) == other
         page.locator("input[type=file]").set_input_files(saved)
         expect(status).to_have_text("saved.json is loaded.")
-        rows = [row.all_inner_texts() for row in map(cells_of, page.get_by_role("row").all()[1:])]
+        below = page.get_by_role("row").all()[1:]
+        rows = [row.get_by_role("cell").all_inner_texts() for row in below]
         assert rows == [
             ["3 · IRLS", "", "1 answered", "checked"],
             ["4 · More", "read", "all right", ""],
         ]
-
-
-def cells_of(row: Locator) -> Locator:
-    """The cells of a table's row."""
-    return row.get_by_role("cell")
 
 
 @pytest.mark.parametrize("name", ["students", "03-irls"])

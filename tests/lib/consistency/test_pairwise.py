@@ -38,11 +38,6 @@ def wandering(seed, group, n=12, closures=6, noise=0.02):
     return measured(group, poses, edges, error, information)
 
 
-def cycle_error(group, z_p, by_j, z_q, by_i):
-    """Log(z_p ∘ O(j_p→j_q) ∘ z_q⁻¹ ∘ O(i_q→i_p))."""
-    return group.log(reduce(group.compose, (z_p, by_j, group.inverse(z_q), by_i)))
-
-
 def distance(group, graph, p, q):
     """√(eᵀ Σ⁻¹ e) with the error e of the cycle as a function of all that was measured.
 
@@ -55,11 +50,9 @@ def distance(group, graph, p, q):
 
     def error(z):
         by_j, by_i = walked(group, z[steps]), walked(group, z[graph.n - 1 + steps])
-        return cycle_error(
-            group,
-            *(z[-2], group.between(by_j[j_p], by_j[j_q])),
-            *(z[-1], group.between(by_i[i_q], by_i[i_p])),
-        )
+        # Log(z_p ∘ O(j_p→j_q) ∘ z_q⁻¹ ∘ O(i_q→i_p))
+        there, back = group.between(by_j[j_p], by_j[j_q]), group.between(by_i[i_q], by_i[i_p])
+        return group.log(reduce(group.compose, (z[-2], there, group.inverse(z[-1]), back)))
 
     z = graph.measurement[copies]
     sigma = np.zeros((group.DOF, group.DOF))

@@ -205,21 +205,16 @@ def _graph(rng: np.random.Generator, k: int) -> tuple[PoseGraph, np.ndarray]:
         m = n - 1 + int(rng.integers(1, 2 + n // 2))
         residual = float(rng.choice([0.01, 0.1, 0.3]))
         poses, graph = random_graph(int(rng.integers(10**6)), n=n, m=m, residual=residual)
-        return _spoiled(graph, rng), poses
+        wrong = ~graph.is_odometry & (rng.random(len(graph.edges)) < rng.choice([0.0, 0.3]))
+        z = graph.measurement.copy()
+        z[wrong] = rng.normal(size=(int(wrong.sum()), 3)) * [6.0, 6.0, 2.0]
+        return replace(graph, measurement=z), poses
     if k % 3 == 1:
         graph, poses = manhattan(n, rng, turn=0.3, closures=int(rng.integers(1, 2 + n // 8)))
     else:
         graph, poses = circle(n, rng, laps=2, closures=int(rng.integers(1, 2 + n // 4)))
     outliers = int(rng.integers(0, 1 + n // 4))
     return (add_random_closures(graph, outliers, rng)[0] if outliers else graph), poses
-
-
-def _spoiled(graph: PoseGraph, rng: np.random.Generator) -> PoseGraph:
-    """The graph with some closures that measure anything."""
-    wrong = ~graph.is_odometry & (rng.random(len(graph.edges)) < rng.choice([0.0, 0.3]))
-    measurement = graph.measurement.copy()
-    measurement[wrong] = rng.normal(size=(int(wrong.sum()), 3)) * [6.0, 6.0, 2.0]
-    return replace(graph, measurement=measurement)
 
 
 def _two() -> PoseGraph:

@@ -20,12 +20,6 @@ COARSE = Noise(odometry=(0.3, 0.1), closure=(0.3, 0.1))
 both = pytest.mark.parametrize("make", [manhattan, sphere])
 
 
-def dense_inverse(graph, poses):
-    """The covariance of all poses but the first, ``((n − 1) D, (n − 1) D)``."""
-    rows = dense_jacobian(graph, poses)[:, :, 1:].reshape(len(graph.edges), graph.group.DOF, -1)
-    return np.linalg.inv(np.sum(np.swapaxes(rows, 1, 2) @ graph.information @ rows, axis=0))
-
-
 @both
 def test_it_is_gtsams(make, gtsam):
     graph, _ = make(40, 3, noise=COARSE)
@@ -47,7 +41,8 @@ def test_it_is_gtsams(make, gtsam):
 def test_it_is_the_block_of_the_dense_inverse(make):
     graph, truth = make(40, 0, closures=14)
     size = graph.group.DOF
-    inverse = dense_inverse(graph, truth)
+    rows = dense_jacobian(graph, truth)[:, :, 1:].reshape(len(graph.edges), size, -1)
+    inverse = np.linalg.inv(np.sum(np.swapaxes(rows, 1, 2) @ graph.information @ rows, axis=0))
     close = {"rtol": 1e-6, "atol": 1e-9 * np.abs(inverse).max()}
     np.testing.assert_allclose(joint_covariance(graph, truth, np.arange(1, 40)), inverse, **close)
     blocks = inverse.reshape(39, size, 39, size)

@@ -19,7 +19,7 @@ from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 
-from tests.lib.worlds import with_outliers
+from tests.lib.worlds import refused, with_outliers
 
 HUGE = np.array([0.0, 1e-300, 1e-8, 1.0, 1e100, 1.4e154, 1e200, 1e300])
 
@@ -116,15 +116,10 @@ def test_a_problem_in_place_of_a_graph_is_told_at_once(town, call):
         call(PoseGraphProblem(town))
 
 
-@pytest.mark.parametrize(
-    ("probability", "dimension", "name"),
-    [
-        *((p, 3, "probability") for p in (0.0, 1.0, -0.1, 99.0, float("nan"))),
-        *((0.99, d, "dimension") for d in (0, -1, 1.5)),
-    ],
+@refused(
+    *(((p, 3), "probability is") for p in (0.0, 1.0, -0.1, 99.0, float("nan"))),
+    *(((0.99, d), "dimension is") for d in (0, -1, 1.5)),
 )
-def test_a_threshold_of_what_is_no_probability_or_dimension_is_refused(
-    probability, dimension, name
-):
-    with pytest.raises(ValueError, match=f"{name} is"):
-        chi_square_threshold(probability, dimension)
+def test_a_threshold_of_what_is_no_probability_or_dimension_is_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        chi_square_threshold(*wrong)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from robust_slam.graphs import circle, outliers, pose_graph, se2
@@ -15,16 +17,11 @@ from robust_slam.graphs.outliers import (
 
 from tests.lib.worlds import assert_same_poses, measured, random_information, refused, walked
 
-
-def local_group(graph, count, rng, **options):
-    return add_grouped_closures(graph, count, rng, reach=20, **options)
-
-
 ADDERS = {
     "random": (add_random_closures, 1),
     "local": (add_local_closures, 1),
     "random group": (add_grouped_closures, 10),
-    "local group": (local_group, 10),
+    "local group": (partial(add_grouped_closures, reach=20), 10),
     "aliased": (add_aliased_closures, 10),
 }
 adders = pytest.mark.parametrize(("add", "size"), ADDERS.values(), ids=ADDERS.keys())
