@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from nbgrader.api import Gradebook
 from nbgrader.converters import GenerateAssignment
+from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import journal
 from robust_slam_autograder.nbgrader.database import url_of
 from robust_slam_autograder.publishing.student_release import release
@@ -225,9 +226,14 @@ def test_no_page_tells_what_is_hidden(done):
     pages = [*kept.glob("autograded/*/*/*.ipynb"), *kept.glob("feedback/*/*/*.html")]
     assert len(pages) == 34
     secrets = [toy.CANARY, "hidden input", "81 * start", course_of.SCHEME, "canary-of-the-answer"]
+    handed_in = (kept / "submitted").glob(f"*/*/{toy.NAME}.ipynb")
+    whole = [path.read_bytes() for path in handed_in if path.is_file()]  # one is a pipe
+    seeds_drawn = [seeds.of_submission(course_of.SEED, data) for data in whole]
+    drawn = [text for seed in seeds_drawn for text in toy.hidden_inputs(seed)]
+    assert len(drawn) > len(pages)
     for page in pages:
         text = page.read_text("utf-8")
-        for secret in [*secrets, *toy.hidden_inputs(course_of.SEED), "HIDDEN TESTS"]:
+        for secret in [*secrets, *drawn, "HIDDEN TESTS"]:
             assert secret not in text, f"{secret} in {page}"
 
 
