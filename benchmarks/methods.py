@@ -347,7 +347,7 @@ for _loss, _scheduler in (("TLS", "Linear"), ("GM", "Linear"), ("TLS", "SuperLin
     method(GTSAM[-1])(partial(_gtsam, _loss, _scheduler))
 
 
-CONTESTED = (ORACLE, GNC, "DCS, then TLS", "PCM + GNC-TLS", SOLVER, GTSAM[0])
+CONTESTED = (ORACLE, GNC, "DCS, then TLS", "Kimera-RPGO", SOLVER, GTSAM[0])
 """The methods that answer for the worlds of tiers G to J."""
 
 

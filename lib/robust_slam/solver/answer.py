@@ -17,7 +17,7 @@ from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.optimality import Certificate, Verdict
 from robust_slam.consistency.bridges import Bridges
 from robust_slam.estimators.result import StopReason
-from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, residual_norms, select
 from robust_slam.solver.candidates import Candidate, loosened
 from robust_slam.solver.misfit import Misfit
 from robust_slam.solver.noise import noise_words, originals, rescaled
@@ -93,7 +93,11 @@ class Answer:
             candidates=tuple(replace(one, kept=one.kept[row] & there) for one in self.candidates),
             bridges=replace(self.bridges, edges=own[self.bridges.edges]),
             rival=None if self.rival is None else self.rival[row] & there,
-            misfit=Misfit(None if step is None else int(own[step]), own[self.misfit.closures]),
+            misfit=replace(
+                self.misfit,
+                step=None if step is None else int(own[step]),
+                closures=own[self.misfit.closures],
+            ),
             lone=tuple(replace(one, edge=int(own[one.edge])) for one in self.lone),
         )
 
@@ -215,9 +219,17 @@ class Answer:
         step, closures = self.misfit.step, self.misfit.closures
         lines = []
         if step is not None:
-            named = self._named(np.array([step]), names)
+            metres, radians = self.misfit.off
+            size = (
+                f" by {metres:.2g} m and {np.rad2deg(radians):.2g}°," if metres == metres else ""
+            )
+            tree = self.graph.is_odometry | np.isin(np.arange(len(self.kept)), self.bridges.edges)
+            tree[step] = False
+            ends = connected_parts(self.graph.n, self.graph.edges[tree])[self.graph.edges]
+            across = int(np.sum(self.kept & ~tree & (ends[:, 0] != ends[:, 1]))) - 1
             lines.append(
-                f"The odometry at {named} is off by more than its noise explains: it may have "
+                f"The odometry at {self._named(np.array([step]), names)} is off{size} by more than "
+                f"its noise explains, as {counted(across, 'closure')} across it show: it may have "
                 "slipped there or nearby, which bends the map."
             )
         if closures.size:
