@@ -23,7 +23,7 @@ from robust_slam_autograder.reading.source import (
     imports,
     plain_python,
 )
-from robust_slam_autograder.reading.table import check_table, read_table
+from robust_slam_autograder.reading.table import Kinds, read_table
 
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
@@ -33,21 +33,22 @@ TOWN = "TOWN"
 MAX_NAME = 128
 """Characters of a name in nbgrader's gradebook; PostgreSQL takes no more."""
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
-_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
-_KEYS = {
+_KINDS: Kinds = {
     "title": str,
     "chapter": str,
-    "sections": dict,
+    "sections": {...: str},
     "packages": list,
     "withheld": list,
-    "limits": dict,
-    "hints": dict,
-    "causes": dict,
-    "hidden": dict,
-    "released": dict,
+    "hints": {...: [str]},
+    "causes": {...: str},
+    "hidden": {...: int},
+    "limits": dict.fromkeys(Limits.__dataclass_fields__, (int, float)),
+    "released": {"cells": str},
 }
-
-
+_NAMES = {
+    "withheld": (r"[^\W\d]\w*(\.[^\W\d]\w*)*", "module names"),
+    "packages": (r"[^\W\d]\w*", 'names as they are imported, such as ["numpy"]'),
+}
 MAX_SECONDS = 86_400.0
 
 
@@ -247,13 +248,16 @@ def load(path: Path) -> Assignment:
         cells = notebook.read(path)
     except Refused as error:
         raise WrongUse(str(error)) from error
-    config = load_config(path.parent / CONFIG_NAME)
+    config = load_config(beside := path.parent / CONFIG_NAME)
     name = path.resolve().parent.name
     assignment = from_cells(cells, name=name, notebook=path.stem, config=config)
-    known = ", ".join(assignment.exercises)
+    known = assignment.exercises
     for table, names in (("sections", config.sections), ("hints", config.hints)):
-        for exercise in set(names) - set(assignment.exercises):
-            raise WrongUse(f"{name}: [{table}] names {exercise!r}; the exercises are {known}.")
+        for exercise in (one for one in names if one not in known):
+            raise WrongUse(
+                f"{beside}: [{table}] names {exercise!r}; the exercises are {', '.join(known)}: "
+                f"correct the name, or mark its cells in {path.name} again as nbgrader has them."
+            )
     return assignment
 
 
@@ -264,10 +268,15 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
     """
     code = [cell for cell in cells if cell.kind == "code"]
-    _refuse_bad_ids(name, cells)
-    for long in [name, notebook, *(cell.grade_id or "" for cell in cells)]:
-        if len(long) > MAX_NAME:
-            raise WrongUse(f"{long} is a name of more than {MAX_NAME} characters: shorten it.")
+    marked = tuple(cell for cell in cells if cell.grade_id is not None)
+    if any(cell.grade_id is None and (cell.grade or cell.solution) for cell in cells):
+        raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
+    ids = Counter(cell.grade_id or "" for cell in marked)
+    for one in [name, notebook, *ids]:
+        if len(one) > MAX_NAME:
+            raise WrongUse(f"{one} is a name of more than {MAX_NAME} characters: shorten it.")
+        if ids[one] > 1:
+            raise WrongUse(f"{name} has two cells with the grade id {one}: rename one.")
     answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
     solutions = tuple(
         Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
@@ -278,12 +287,16 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
     if not tests:
         raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
     cases = tuple(_case(cell, known) for cell in tests)
-    given = [cell.source for cell in code if not cell.solution and not cell.grade]
-    given += ["", *(case.visible for case in cases)]
+    plain = [cell for cell in code if not cell.solution and not cell.grade]
+    given = ["", *(cell.source for cell in plain), *(case.visible for case in cases)]
     return Assignment(
         name=name,
         notebook=notebook,
-        setup=_setup(code),
+        # Locked cells run whole; of cells without nbgrader's marks the definitions alone.
+        setup=tuple(
+            Piece(f"set-up {number}", cell.source, own=not cell.locked)
+            for number, cell in enumerate(plain, start=1)
+        ),
         imports=tuple(found for cell in answers if (found := imports(cell.source))),
         libraries=tuple(
             dict.fromkeys(name for cell in answers for name in imported_modules(cell.source))
@@ -292,29 +305,8 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         cases=cases,
         config=config,
         given=frozenset(text.strip() for text in given),
-        marked=tuple(cell for cell in cells if cell.grade_id is not None),
+        marked=marked,
     )
-
-
-def _setup(code: Sequence[Cell]) -> tuple[Piece, ...]:
-    """Locked cells run whole; of cells without nbgrader's marks the definitions alone."""
-    cells = [cell for cell in code if not cell.grade and not cell.solution]
-    return tuple(
-        Piece(f"set-up {number}", cell.source, own=not cell.locked)
-        for number, cell in enumerate(cells, start=1)
-    )
-
-
-def _refuse_bad_ids(name: str, cells: Iterable[Cell]) -> None:
-    seen: set[str] = set()
-    for cell in cells:
-        if cell.grade_id is None:
-            if cell.grade or cell.solution:
-                raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
-            continue
-        if cell.grade_id in seen:
-            raise WrongUse(f"{name} has two cells with the grade id {cell.grade_id}: rename one.")
-        seen.add(cell.grade_id)
 
 
 def _case(cell: Cell, known: set[str]) -> Case:
@@ -362,39 +354,17 @@ def load_config(path: Path) -> Config:
     Raises:
         WrongUse: not TOML, an unknown key, or a value of the wrong type.
     """
-    if not path.is_file():
-        return Config()
-    table = read_table(path, _KEYS)
-    sections = table.get("sections", {})
-    check_table(path, sections, dict.fromkeys(sections, str))
-    hints = table.pop("hints", {})
-    check_table(path, hints, dict.fromkeys(hints, list))
-    if not all(isinstance(hint, str) for some in hints.values() for hint in some):
-        raise WrongUse(f"{path}: [hints] has for each exercise a list of sentences.")
-    for key, kind in (("causes", str), ("hidden", int)):
-        check_table(path, table.get(key, {}), dict.fromkeys(table.get(key, {}), kind))
-    released = table.pop("released", {})
-    check_table(path, released, {"cells": str})
-    limits = table.pop("limits", {})
-    check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
+    table = read_table(path, _KINDS) if path.is_file() else {}
+    for key, (form, what) in _NAMES.items():
+        names = table.setdefault(key, getattr(Config, key))
+        if not all(isinstance(name, str) and re.fullmatch(form, name) for name in names):
+            raise WrongUse(f"{path}: {key} must be a list of {what}.")
+        table[key] = tuple(names)
+    limits, released = table.pop("limits", {}), table.pop("released", {})
     if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):
         raise WrongUse(f"{path}: limits are seconds, more than 0 and at most {MAX_SECONDS:.0f}.")
-    withheld = table.pop("withheld", [])
-    if not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in withheld):
-        raise WrongUse(f"{path}: withheld must be a list of module names.")
-    packages = table.pop("packages", DEFAULT_PACKAGES)
-    if not all(isinstance(name, str) and name.isidentifier() for name in packages):
-        raise WrongUse(
-            f'{path}: packages must be a list of names as they are imported, such as ["numpy"].'
-        )
-    return Config(
-        **table,
-        hints={name: tuple(some) for name, some in hints.items()},
-        packages=tuple(packages),
-        withheld=tuple(withheld),
-        limits=Limits(**limits),
-        **released,
-    )
+    hints = {name: tuple(some) for name, some in table.pop("hints", {}).items()}
+    return Config(**table, **released, hints=hints, limits=Limits(**limits))
 
 
 def released(folder: Path) -> Assignment | None:

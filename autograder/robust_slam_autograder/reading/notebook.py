@@ -77,13 +77,17 @@ def read_bytes(path: Path) -> bytes:
     """
     name = shown(path.name)
     try:
-        data = _open_and_read(path)
+        with open(path, "rb", opener=_without_links) as file:
+            is_plain = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            data = file.read(MAX_BYTES + 1) if is_plain else b""
+    except IsADirectoryError:
+        is_plain = False
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         if getattr(error, "errno", None) == errno.ELOOP:
             why = "it is a link"
         raise Refused(f"{name} cannot be opened ({why}): hand in a plain file.") from error
-    if data is None:
+    if not is_plain:
         raise Refused(f"{name} is not a regular file: hand in the notebook itself.")
     if len(data) > MAX_BYTES:
         fix = "clear its outputs and save it again"
@@ -91,21 +95,13 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def _open_and_read(path: Path) -> bytes | None:
-    """One byte more than the limit at most; None where it is no regular file."""
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC
+def _without_links(path: str, flags: int) -> int:
+    flags |= os.O_NOFOLLOW
     # Opening a named pipe must not wait for a writer. A browser has none, and JupyterLite would
     # take a file with this flag for one that was written.
     if sys.platform != "emscripten":
         flags |= os.O_NONBLOCK
-    descriptor = os.open(path, flags)
-    try:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            return None
-        with os.fdopen(descriptor, "rb", closefd=False) as file:
-            return file.read(MAX_BYTES + 1)
-    finally:
-        os.close(descriptor)
+    return os.open(path, flags)
 
 
 def parse(data: bytes, name: str) -> Notebook:
@@ -186,10 +182,7 @@ def _nbgrader_metadata(cell: dict[str, Any]) -> dict[str, Any]:
     grade_id = fields.get("grade_id")
     points = fields.get("points")
     return {
+        **{key: fields.get(key) is True for key in ("grade", "solution", "locked", "task")},
         "grade_id": grade_id if isinstance(grade_id, str) else None,
-        "grade": fields.get("grade") is True,
-        "solution": fields.get("solution") is True,
-        "locked": fields.get("locked") is True,
-        "task": fields.get("task") is True,
         "points": points if isinstance(points, float) and math.isfinite(points) else 0.0,
     }

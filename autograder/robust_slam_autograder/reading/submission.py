@@ -12,7 +12,7 @@ import os
 import unicodedata
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused
@@ -30,7 +30,7 @@ MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
 DATABASE_VARIABLE = "ROBUST_SLAM_GRADEBOOK"
 """The environment's word for another gradebook, for nbgrader's own commands too."""
-SQLITE_KEEPS = ("journal", "wal", "shm")
+_OF_DATABASE = {f"{DATABASE_NAME}{end}" for end in ("", "-journal", "-wal", "-shm")}
 
 
 @dataclass(frozen=True)
@@ -132,21 +132,11 @@ def _notes(
             yield f"The cell {one.grade_id} was {place}."
 
 
-def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
-    """Return the same submission with more notes, before its own."""
-    return replace(submission, notes=notes + submission.notes)
-
-
 def is_student(name: str) -> bool:
     """Return whether results may be in a folder of this name, beside the batch's own files."""
     plain = name.isprintable() and "/" not in name and not name.startswith(".")
     short = len(name) <= MAX_NAME and len(name.encode(errors="replace")) <= MAX_STUDENT_BYTES
-    return bool(name) and plain and short and not _is_databases(name)
-
-
-def _is_databases(name: str) -> bool:
-    """Whether a file of this name is the gradebook's, or one that SQLite keeps beside it."""
-    return name in (DATABASE_NAME, *(f"{DATABASE_NAME}-{kind}" for kind in SQLITE_KEEPS))
+    return bool(name) and plain and short and name not in _OF_DATABASE
 
 
 def stand_in(name: str) -> str:

@@ -112,6 +112,25 @@ def test_a_configuration_that_cannot_be_used_names_the_key(tmp_path, text, sente
         assignments.load_config(path)
 
 
+@pytest.mark.parametrize(
+    "table", ["[sections]\ndouble = 'A heading'", "[hints]\ndouble = ['One.']"]
+)
+def test_where_cells_have_lost_their_marks_the_file_the_cell_and_the_remedy_are_told(
+    tmp_path, table
+):
+    value = toy.source_notebook()
+    value["cells"] = [
+        cell | ({"metadata": {}} if "def double" in cell["source"] else {})
+        for cell in value["cells"]
+    ]
+    tree = toy.make_tree(tmp_path, table, value)
+    with pytest.raises(WrongUse) as caught:
+        assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
+    file, _, said = str(caught.value).partition(": ")
+    assert file == str(tree / toy.NAME / "autograder.toml") and "names 'double'; the" in said
+    assert f"or mark its cells in {toy.NAME}.ipynb again as nbgrader has them" in said
+
+
 def test_a_tree_names_its_assignments_and_nothing_else(tmp_path):
     tree = toy.make_tree(tmp_path)
     toy.write(tree / ".ipynb_checkpoints" / "x.ipynb", toy.answer())
