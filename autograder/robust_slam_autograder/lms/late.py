@@ -20,7 +20,6 @@ from robust_slam_autograder.reading.table import Kinds, read_table
 
 NONE = "none"
 """A due time that never comes."""
-DAY = timedelta(hours=24)
 _KINDS: Kinds = {
     "timezone": str,
     "due": dict,
@@ -56,7 +55,7 @@ class Policy:
     def penalty(self, lateness: timedelta, max_score: float) -> float:
         """Return points off for work that came ``lateness`` after its due time."""
         beyond = lateness - timedelta(minutes=self.grace_minutes)
-        days = max(0, math.ceil(beyond / DAY))
+        days = max(0, math.ceil(beyond / timedelta(days=1)))
         return max_score * min(self.percent_per_day * days, self.cap_percent) / 100
 
     def __str__(self) -> str:
@@ -157,9 +156,7 @@ def _time(path: Path, where: str, value: object, zone: ZoneInfo | None) -> datet
 def handed_in(folder: Path, notebook: str) -> HandedIn:
     """Return when a submission was: by nbgrader's ``timestamp.txt``, else the notebook's own time.
 
-    Args:
-        folder: the submission's, ``submitted/<student>/<assignment>/``.
-        notebook: the assignment's notebook, without its ending.
+    The folder is ``submitted/<student>/<assignment>/``, the notebook's name without its ending.
 
     Raises:
         Undated: there is no folder or no notebook, or ``timestamp.txt`` holds no time.

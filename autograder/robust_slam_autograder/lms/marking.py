@@ -41,11 +41,8 @@ class Marking:
 def load(path: Path, handed_in: Mapping[str, Collection[str]]) -> Marking:
     """Read who marks whom, and the questions.
 
-    Students whom no line gives to a marker are dealt out in turn, by their names.
-
-    Args:
-        path: the file.
-        handed_in: by assignment the students who have a result.
+    Students whom no line gives to a marker are dealt out in turn, by their names. Who has a
+    result is told by assignment.
 
     Raises:
         WrongUse: names the file and the key that is unknown, of a wrong type, or about a

@@ -10,19 +10,14 @@ import functools
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import (
-    defined_names,
-    imported_modules,
-    imports,
-    plain_python,
-)
+from robust_slam_autograder.reading.source import defined_names, imported_modules, imports
 from robust_slam_autograder.reading.table import Kinds, read_table
 
 CONFIG_NAME = "autograder.toml"
@@ -58,7 +53,6 @@ class Config:
 
     title: str = ""
     chapter: str = ""
-    """Name of the chapter that the assignment belongs to."""
     sections: Mapping[str, str] = field(default_factory=dict)
     """Per exercise the chapter's heading to read again, as it stands there."""
     hints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -77,10 +71,8 @@ class Config:
 
     def place(self, exercise: str) -> str:
         """Say where an exercise's matter stands; empty for an assignment without a chapter."""
-        heading = self.sections.get(exercise, "")
-        if not self.chapter:
-            return ""
-        return f"chapter {self.chapter}" + (f", “{heading}”" if heading else "")
+        heading = f", “{said}”" if (said := self.sections.get(exercise)) else ""
+        return f"chapter {self.chapter}{heading}" if self.chapter else ""
 
 
 @dataclass(frozen=True)
@@ -126,6 +118,10 @@ class Solution:
 
     grade_id: str
     names: tuple[str, ...]
+
+    def is_of(self, name: str) -> bool:
+        """Tell whether an exercise's or a function's name belongs to it."""
+        return name == self.grade_id or name in self.names
 
 
 @dataclass(frozen=True)
@@ -180,22 +176,18 @@ class Assignment:
 
     def names_of(self, exercise: str) -> tuple[str, ...]:
         """Return the names that an exercise's cell is to define."""
-        owner = self.owner(exercise)
-        return next((one.names for one in self.solutions if one.grade_id == owner), ())
+        return next((one.names for one in self.solutions if one.is_of(exercise)), ())
 
     def owner(self, name: str) -> str:
         """Grade id of the solution cell that an exercise's or a function's name belongs to."""
-        for solution in self.solutions:
-            if name == solution.grade_id or name in solution.names:
-                return solution.grade_id
-        return name
+        return next((one.grade_id for one in self.solutions if one.is_of(name)), name)
 
 
-def find_names(tree: Path) -> list[str]:
-    """List the assignments of a source tree.
+def find_names(tree: Path, chosen: Iterable[str] = ()) -> list[str]:
+    """List the assignments of a source tree; once each those that are chosen, where any are.
 
     Raises:
-        WrongUse: there is no such folder, or no assignment in it.
+        WrongUse: there is no such folder, no assignment in it, or none of a chosen name.
     """
     if not tree.is_dir():
         raise WrongUse(
@@ -206,20 +198,10 @@ def find_names(tree: Path) -> list[str]:
     names = sorted(path.name for path in folders if any(path.glob("*.ipynb")))
     if not names:
         raise WrongUse(f"{tree} holds no assignment: it needs NAME/NAME.ipynb.")
-    return names
-
-
-def chosen(tree: Path, names: Iterable[str]) -> list[str]:
-    """List the named assignments of a source tree once each; all where none is named.
-
-    Raises:
-        WrongUse: as for ``find_names``, or a name is not one of them.
-    """
-    known = find_names(tree)
-    wanted = list(dict.fromkeys(names))
-    if unknown := [name for name in wanted if name not in known]:
-        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
-    return wanted or known
+    wanted = list(dict.fromkeys(chosen))
+    if unknown := [name for name in wanted if name not in names]:
+        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(names)}.")
+    return wanted or names
 
 
 def notebook_path(folder: Path) -> Path:
@@ -277,7 +259,7 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
             raise WrongUse(f"{one} is a name of more than {MAX_NAME} characters: shorten it.")
         if ids[one] > 1:
             raise WrongUse(f"{name} has two cells with the grade id {one}: rename one.")
-    answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
+    answers = [cell for cell in code if cell.solution]
     solutions = tuple(
         Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
     )

@@ -6,6 +6,7 @@ links are not followed, and nothing in the file is trusted beyond its text.
 
 from __future__ import annotations
 
+import codecs
 import errno
 import json
 import math
@@ -24,6 +25,7 @@ MAX_CELLS = 500
 MAX_VALUES = 1_000_000
 """Each value of the JSON may take some 200 bytes of memory, though it is two bytes long."""
 MAX_NAME = 80
+_UNREADABLE = {UnicodeDecodeError: "not UTF-8 text", RecursionError: "nested too deeply"}
 _VERSION = re.compile(r"(\d{1,3})\.(\d{1,3})\b")
 
 
@@ -113,9 +115,8 @@ def parse(data: bytes, name: str) -> Notebook:
     notebook = _json_object(data, name)
     version = notebook.get("nbformat")
     if version != 4:
-        found = (
-            f"nbformat {int(version or 0)}" if version in range(100) else "of an unknown format"
-        )
+        known = version in range(100)
+        found = f"nbformat {int(version or 0)}" if known else "of an unknown format"
         raise Refused(f"{name} is {found}, not nbformat 4: open it in JupyterLab and save it.")
     cells = notebook.get("cells")
     if not isinstance(cells, list):
@@ -139,18 +140,12 @@ def _json_object(data: bytes, name: str) -> dict[str, Any]:
         fix = "clear its outputs and save it again"
         raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {fix}.")
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise Refused(f"{name} is not UTF-8 text: save it again from JupyterLab.") from error
-    if not text.strip():
-        raise Refused(f"{name} is empty: save it again from JupyterLab.")
-    try:
         # As a float, for an integer of many digits is an error, or slow.
-        value = json.loads(text, parse_int=float)
-    except RecursionError as error:
-        raise Refused(f"{name} is nested too deeply: save it again from JupyterLab.") from error
-    except ValueError as error:
-        raise Refused(f"{name} is not valid JSON: save it again from JupyterLab.") from error
+        value = json.loads(data.decode("utf-8-sig"), parse_int=float)
+    except (ValueError, RecursionError) as error:
+        is_empty = not data.removeprefix(codecs.BOM_UTF8).strip()
+        why = _UNREADABLE.get(type(error), "empty" if is_empty else "not valid JSON")
+        raise Refused(f"{name} is {why}: save it again from JupyterLab.") from error
     if not isinstance(value, dict):
         raise Refused(f"{name} is JSON but no notebook: hand in the .ipynb file.")
     return value

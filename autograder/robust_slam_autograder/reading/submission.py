@@ -45,10 +45,9 @@ class Submission:
     altered: tuple[str, ...] = ()
     """Grade ids of cases that do not stand in the notebook's code as they were released."""
     python: tuple[int, int] | None = None
-    """As ``Notebook.python``."""
 
 
-def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
+def collect(cells: Notebook, assignment: Assignment) -> Submission:
     """Pick the student code out of a notebook's cells: for grading, and for a student's check.
 
     What stands in an exercise's cell counts, be it code or text, and so does what any other cell
@@ -71,13 +70,9 @@ def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
         if is_test and mine:
             notes.append(f"{', '.join(mine)} was found in the check {cell.grade_id}{MOVE_OUT}")
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
-    altered = [
-        key
-        for key, check in tests.items()
-        if check and not any(f"\n{check}\n" in text for text in code)
-    ]
-    python = cells.python if isinstance(cells, Notebook) else None
-    return Submission(tuple(pieces), missing, tuple(notes), tuple(altered), python)
+    found = {key for key, check in tests.items() if any(f"\n{check}\n" in text for text in code)}
+    altered = tuple(key for key, check in tests.items() if check and key not in found)
+    return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python)
 
 
 def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:
@@ -155,21 +150,17 @@ def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
 def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """Find the notebook that a folder ``submitted/<student>/<assignment>/`` hands in.
 
-    Args:
-        folder: the submission's folder.
-        name: the notebook's name without its ending.
-
-    Returns:
-        its path, and a note where it has another name than the assignment's.
+    With its path comes a note where it has another name than the assignment's notebook, which is
+    given without its ending.
 
     Raises:
         Refused: there is none, or several and none has the right name.
     """
     right = folder / f"{name}.ipynb"
     try:
-        notebooks = [path for path in folder.iterdir() if path.suffix == ".ipynb"]
         # macOS puts a file ._NAME beside each file of an archive.
-        found = sorted(path for path in notebooks if not path.name.startswith("."))
+        plain = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+        found = [path for path in plain if path.suffix == ".ipynb"]
     except OSError as error:
         raise Refused(f"The folder cannot be read ({error.strerror}).") from error
     if right in found:
