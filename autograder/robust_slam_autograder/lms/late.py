@@ -88,8 +88,7 @@ class Rules:
                 f"{self.path}: there is no due time for {assignment}: write it under [due], "
                 f'or "{NONE}".'
             )
-        own = self.extensions.get(assignment, {})
-        return own[student] if student in own else self.due[assignment]
+        return self.extensions.get(assignment, {}).get(student, self.due[assignment])
 
 
 def load(path: Path) -> Rules:

@@ -179,7 +179,7 @@ class Assignment:
         return next((one.names for one in self.solutions if one.is_of(exercise)), ())
 
     def owner(self, name: str) -> str:
-        """Grade id of the solution cell that an exercise's or a function's name belongs to."""
+        """Return the grade id of the cell that an exercise's or a function's name belongs to."""
         return next((one.grade_id for one in self.solutions if one.is_of(name)), name)
 
 

@@ -72,16 +72,14 @@ def read(path: Path) -> list[Answer]:
         ValueError: the file is no TOML, or an answer is not written as this module says; the
             message names the file and the answer.
     """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
     found: dict[str, Answer] = {}
-    for name, table in tables.items():
-        try:
+    where = f"{path}"
+    try:
+        for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items():
+            where = f"{path}: {name}"
             found[name] = _answer(path.stem, name, table, found)
-        except ValueError as error:
-            raise ValueError(f"{path}: {name}: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
     return list(found.values())
 
 

@@ -150,19 +150,12 @@ def needed(own: Sequence[str], cells: Sequence[str]) -> str:
 
 
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
-    """Pick what of a student's own cells a solution may need.
+    """Pick the statements of a student's own cells that a solution may need.
 
     Functions and classes stay, every statement that makes or changes a variable that the
     solutions, or what they use, read, and imports of a name that occurs in any of these. What
     else stands there (a plot and its import, a slow experiment, an error) is no part of the
-    answer, and costs no marks.
-
-    Args:
-        cells: the student's own cells.
-        used: names that the solution cells read.
-
-    Returns:
-        statements of the cells' top levels.
+    answer, and costs no marks. ``used`` are the names that the solution cells read.
     """
     statements = [node for cell in cells for node in cell.body]
     variables = {name for node in statements for name in _changed_by(node, set())}
