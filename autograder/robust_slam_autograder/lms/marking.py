@@ -73,12 +73,11 @@ def _questions(
         for name, lines in found.items():
             _refuse_unknown(path, f"{where}.{name}", lines, handed_in[name])
     for name, lines in answered.items():
-        for student in lines:
-            if student not in asked.get(name, {}):
-                raise WrongUse(
-                    f"{path}: answers.{name} answers {student}, who asks nothing there: write the "
-                    f"question under [questions.{name}]."
-                )
+        for student in (one for one in lines if one not in asked.get(name, {})):
+            raise WrongUse(
+                f"{path}: answers.{name} answers {student}, who asks nothing there: write the "
+                f"question under [questions.{name}]."
+            )
     return {
         name: tuple(
             Question(student, text, answered.get(name, {}).get(student, ""))

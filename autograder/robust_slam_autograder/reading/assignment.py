@@ -315,8 +315,7 @@ def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
     Raises:
         WrongUse: a region is opened twice or not closed.
     """
-    visible: list[str] = []
-    hidden: list[str] = []
+    parts: tuple[list[str], list[str]] = ([], [])
     inside = False
     for line in source.split("\n"):
         if BEGIN_HIDDEN in line or END_HIDDEN in line:
@@ -324,10 +323,10 @@ def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
                 raise WrongUse(f"Cell {grade_id}: hidden regions must open and close in turn.")
             inside = not inside
         else:
-            (hidden if inside else visible).append(line)
+            parts[inside].append(line)
     if inside:
         raise WrongUse(f"Cell {grade_id}: a hidden region is not closed ({END_HIDDEN}).")
-    return "\n".join(visible), "\n".join(hidden)
+    return "\n".join(parts[False]), "\n".join(parts[True])
 
 
 def load_config(path: Path) -> Config:

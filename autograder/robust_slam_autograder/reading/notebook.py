@@ -124,15 +124,10 @@ def parse(data: bytes, name: str) -> Notebook:
     if len(cells) > MAX_CELLS:
         raise Refused(f"{name} has more than {MAX_CELLS} cells: delete those you do not need.")
     read = Notebook(_cell(cell, position, name) for position, cell in enumerate(cells, start=1))
-    read.python = _python(notebook)
-    return read
-
-
-def _python(notebook: dict[str, Any]) -> tuple[int, int] | None:
     match notebook.get("metadata"):
         case {"language_info": {"name": "python", "version": str(told)}}:
-            return (int(v[1]), int(v[2])) if (v := _VERSION.match(told)) else None
-    return None
+            read.python = (int(v[1]), int(v[2])) if (v := _VERSION.match(told)) else None
+    return read
 
 
 def _json_object(data: bytes, name: str) -> dict[str, Any]:
