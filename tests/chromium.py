@@ -36,6 +36,7 @@ from tests.conftest import leave_out
 CHROMIUM = (
     "--no-sandbox",
     "--disable-gpu",
+    "--disable-software-rasterizer",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
