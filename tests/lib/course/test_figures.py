@@ -14,11 +14,10 @@ from IPython.core.getipython import get_ipython
 from IPython.core.interactiveshell import InteractiveShell
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from robust_slam.palette import COLOURS, PALETTE
 from robust_slam_course import figures, style
 from robust_slam_course.figures import page_html
-from robust_slam_course.figures.narrow import SMALLEST, WIDTH, narrowed
+from robust_slam_course.figures.narrow import WIDTH, narrowed
 from robust_slam_course.figures.svg import inline
 from robust_slam_course.style import figure_style
 
@@ -166,19 +165,6 @@ class TestNarrow:
         narrow.draw_without_rendering()
         *_, drawn, told = (ax.get_window_extent().height for ax in narrow.axes)
         assert told < 0.7 * drawn
-
-    @pytest.mark.parametrize("columns", [1, 3])
-    def test_letters_are_large_enough_on_a_phone(self, columns: int) -> None:
-        figure = panels(2, columns)
-        for ax in figure.axes:
-            ax.legend(fontsize=6)
-        narrow = narrowed(figure)
-        sizes = [text.get_fontsize() for text in narrow.findobj(Text) if text.get_text()]
-        assert min(sizes) >= SMALLEST
-        _, drawing = drawings(figure)
-        # On 350 pixels, which a phone leaves.
-        scale = 350 / float(drawing.get("viewBox", "").split()[2])
-        assert SMALLEST * scale >= 11.0
 
     def test_a_legend_that_is_too_wide_gets_fewer_columns(self) -> None:
         figure = panels(1, 1)

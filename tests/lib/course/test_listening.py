@@ -111,10 +111,6 @@ def page(
         yield page
 
 
-def listeners(page: Page) -> list[Listener]:
-    return [Listener(picture) for picture in page.locator(".rs-picture").all()]
-
-
 def test_a_listener_finds_the_outlier_of_a_robust_map(page: Page, towns: list[Picture]) -> None:
     """Ten towns by keys, each twice: least squares often has its highest tone at another edge."""
     found = np.zeros(2, int)

@@ -101,12 +101,6 @@ class TestNotebook:
 
 
 class TestBundle:
-    def test_modules_come_after_those_that_they_import(self) -> None:
-        order = list(bundling.modules("opening"))
-        assert order[-1] == "pictures/opening.js"
-        assert order.index("solve/kernels.js") < order.index("solve/loop.js")
-        assert len(order) == len(set(order))
-
     def test_a_picture_that_is_not_there_is_named(self) -> None:
         with pytest.raises(FileNotFoundError, match="absent"):
             bundle("absent")
