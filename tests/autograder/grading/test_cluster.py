@@ -36,16 +36,6 @@ from tests.autograder.killing import wait_for
 pytestmark = pytest.mark.rest
 
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
-KILLER = f"""
-import os, signal
-pid = os.getpid()
-for _ in range(4):  # the trusted process, its guard, their server, the worker
-    stat = open(f"/proc/{{pid}}/stat").read()
-    pid = int(stat.rpartition(")")[2].split()[1])
-os.kill(pid, signal.SIGKILL)
-{toy.DOUBLE}"""
-
-
 ROOT = Path(__file__).parents[3]
 """Where the cluster's processes start, and so find the benchmarks' packages."""
 
@@ -190,28 +180,6 @@ def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
     assert len(used) == 17, "the one of the killed worker, and no other, was sent again"
 
 
-@pytest.mark.soak
-def test_who_kills_every_worker_fails_alone(
-    tmp_path: Path, machines: Machines, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(engine, "MOST_DEATHS", 2)
-    toy.make_tree(tmp_path)
-    for student in ("ada", "bob", "cem", "dot"):
-        answer = toy.answer(KILLER) if student == "bob" else toy.answer()
-        toy.hand_in(tmp_path / "submitted", student, answer)
-    machines.worker("--nworkers", "2")
-    with connected(machines, 2) as workers:
-        # Behind a wall nobody sees the worker, and so cannot kill it.
-        graded = grade(tmp_path, workers, wall=Unsandboxed())
-    found = {item.load().student: item.load() for item in graded}
-    bob = found.pop("bob")
-    assert bob.reason == "The grader lost its worker 2 times on this submission."
-    assert [result.score for result in found.values()] == [20] * 3
-    assert set(journal.open_journal(tmp_path / "out", None).graded) == {
-        f"{student}/{toy.NAME}" for student in found
-    }
-
-
 def test_a_stop_cancels_what_waits(tmp_path: Path, two: Machines) -> None:
     toy.make_tree(tmp_path)
     for number in range(8):
@@ -278,10 +246,6 @@ class TestWhatAWorkerMayDo:
         monkeypatch.setitem(BACK_ENDS, "fork", toy.Broken())
         answer = remote.grade_on_worker(tasks.code_digest(), "fork", b"no pickle")
         assert isinstance(answer, Unfit) and "(it is not installed)" in answer.why
-
-    def test_each_wall_has_a_name_of_its_own(self) -> None:
-        names = {remote.name_of(wall) for wall in (*BACK_ENDS.values(), Unsandboxed())}
-        assert names == {*BACK_ENDS, remote.UNSANDBOXED}
 
     def test_a_submission_travels_as_it_was_read(self, tmp_path: Path) -> None:
         """What changes on the disk meanwhile has another fingerprint than what was sent."""

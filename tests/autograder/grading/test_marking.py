@@ -98,12 +98,6 @@ def test_an_exercise_that_earned_points_is_not_missing() -> None:
     assert (found.status, found.score, found.message) == ("passed", 10, "")
 
 
-def test_the_same_seed_gives_the_same_inputs_and_another_seed_others() -> None:
-    draws = [seeds.case_generator(seed, "a-b").normal() for seed in (1, 1, 2)]
-    assert draws[0] == draws[1] != draws[2]
-    assert seeds.case_generator(1, "a-c").normal() != draws[0]
-
-
 def test_visible_checks_draw_from_the_public_seed() -> None:
     """What a student prints of a visible check's inputs tells nothing of the secret seed."""
     tests = toy.assignment(double_random="x = rng.normal()\nassert double(x) == 2 * x\n")

@@ -46,6 +46,11 @@ def test_what_holds_no_time_is_read_as_none(api, folder, spoil):
     assert times(api, folder) == {None}
 
 
+def test_a_plain_time_is_read(api, folder):
+    (folder / "timestamp.txt").write_text("2026-03-01 12:00:00 UTC")
+    assert times(api, folder) == {datetime(2026, 3, 1, 12)}
+
+
 def test_both_files_are_kept_where_they_are_plain(folder):
     (folder / "timestamp.txt").write_text("2026-03-01")
     (folder / "submission_secret.txt").write_text("s3cret")

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from docutils.nodes import make_id
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
@@ -201,22 +200,6 @@ class TestChapter:
         tree = toy.make_tree(tmp_path, f"[sections]\n{sections}\n")
         with pytest.raises(WrongUse, match=sentence):
             assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
-
-
-@pytest.mark.parametrize("name", assignments.find_names(ASSIGNMENTS))
-class TestCourse:
-    def test_anchors_follow_the_books_rule(self, name):
-        config = assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
-        headings = chapter_headings(config.chapter)
-        assert len(headings) > 10
-        assert [feedback.anchor(each) for each in headings] == [make_id(each) for each in headings]
-
-
-def chapter_headings(chapter: str) -> list[str]:
-    notebook = json.loads((ROOT / "chapters" / f"{chapter}.ipynb").read_text(encoding="utf-8"))
-    cells = (cell for cell in notebook["cells"] if cell["cell_type"] == "markdown")
-    lines = (line for cell in cells for line in "".join(cell["source"]).split("\n"))
-    return [line.lstrip("#").strip() for line in lines if line.startswith("#")]
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robust_slam_autograder import sandbox
-from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.session import SessionFault
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import (
@@ -24,7 +22,6 @@ from robust_slam_autograder.sandbox import (
     view,
 )
 
-from tests.autograder import toy
 from tests.autograder.sandbox.probing import LAUNCH, is_private, run
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -474,13 +471,6 @@ def test_a_whole_package_and_a_single_file_are_withheld_and_nothing_beside() -> 
     shown = [path for path, is_shown in files.rules if is_shown]
     assert site / "numpy" not in shown and site / f"{single}.py" not in shown
     assert site / "IPython" in shown and "no_such_module" not in str(files.rules)
-
-
-def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
-    with pytest.raises(WrongUse, match=r"broken: it is not installed.*--unsandboxed"):
-        sandbox.choose(unsandboxed=False)
-    assert isinstance(sandbox.choose(unsandboxed=True), Unsandboxed)
 
 
 def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,11 +110,6 @@ def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
     assert sorted(opened) == [(package, False), (package / "given.py", True)]
 
 
-def test_unknown_packages_are_named() -> None:
-    assert packages.missing(["numpy", "math", "robust_slam", "IPython", "PIL"]) == []
-    assert packages.missing(["numpy", "no_such_package"]) == ["no_such_package"]
-
-
 def test_a_module_of_one_file_without_metadata_is_installed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
