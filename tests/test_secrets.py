@@ -236,12 +236,6 @@ class TestPublicCourse:
         assert len(files) > 250
         assert not [path for path, text in files.items() if CANARY in text]
 
-    def test_its_chapters_install_from_the_address(self, public: Path) -> None:
-        for path in sorted((public / "chapters").glob("*.ipynb")):
-            text = plain_lines(path, path.read_text(encoding="utf-8"))
-            assert f'where = "git+{ADDRESS}@main#subdirectory=lib"' in text
-            assert '%pip install -q "robust-slam[sdp,live] @ {where}"' in text
-
     def test_its_assignments_carry_the_packages_and_no_canary(self, public: Path) -> None:
         for name in NAMES:
             with zipfile.ZipFile(public / "assignments" / f"{name}.zip") as archive:
@@ -259,27 +253,6 @@ class TestPublicCourse:
             ruff = [sys.executable, "-m", "ruff", *command, "--no-cache", "."]
             done = subprocess.run(ruff, cwd=public, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stdout
-
-    @pytest.mark.soak
-    def test_its_chapters_have_launch_buttons(self, public: Path) -> None:
-        """The whole book, without a warning; ``test_launch.py`` asks it of a small one."""
-        # As its own make book does before.
-        subprocess.run([sys.executable, "-m", "tools.fonts"], cwd=public, check=True)
-        book = Path(sys.executable).with_name("jupyter-book")
-        command = [book, "build", ".", "--path-output", "built", "-W", "-n", "--keep-going"]
-        done = subprocess.run(command, cwd=public, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-        html = public / "built" / "_build" / "html"
-        repository = ADDRESS.removeprefix("https://github.com/")
-        for path in sorted((public / "chapters").glob("0*.ipynb")):
-            name = f"chapters/{path.stem}"
-            page = (html / f"{name}.html").read_text(encoding="utf-8")
-            assert set(re.findall(r'href="([^"]*(?:colab|binder)[^"]*)"', page)) == {
-                f"https://colab.research.google.com/github/{repository}/blob/main/{name}.ipynb",
-                f"https://mybinder.org/v2/gh/{repository}/main?urlpath=lab/tree/{name}.ipynb",
-            }
-            assert "find_spec" not in page, "the cell that installs is not shown"
-        assert "colab" not in (html / "chapters" / "index.html").read_text(encoding="utf-8")
 
     @pytest.mark.parametrize(("lines_of", "least"), [(secret_lines, 200), (answer_lines, 1000)])
     def test_it_holds_no_line_of_a_solution_a_hidden_test_or_an_answer(

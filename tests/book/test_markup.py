@@ -73,33 +73,20 @@ def test_no_number_that_a_cell_inserts_begins_a_line(page: str) -> None:
     assert not [part for source in Chapter(page).code.values() for part in first_on_a_line(source)]
 
 
-class TestCards:
-    def test_a_cell_of_a_wide_table_has_the_name_of_its_column(self) -> None:
-        page = table(("Name", "Meaning", ""), WIDE)
-        assert [cell.get("data-label") for cell in page.select("tbody td")] == [
-            "Name", "Meaning", "",
-        ]  # fmt: skip
-        assert [cell.get_text() for cell in page.select("tbody td")] == list(WIDE)
-
-    def test_the_roles_are_those_of_a_table(self) -> None:
-        page = table(("Name", "Meaning", ""), WIDE)
-        roles = [part["role"] for part in page.table.find_all()] if page.table else []
-        row = ["rowgroup", "row"]
-        heads = ["columnheader", "columnheader", "cell"]
-        assert roles == [*row, *heads, *row, "cell", "cell", "cell"]
-
-    @pytest.mark.parametrize(
-        ("heads", "cells"),
-        [
-            (("a", "b", "c"), ("1.5", "2.5", "3.5")),
-            (("exercise", "you write"), ("weight", "the weight of a residual, " * 5)),
-            (("name", '<span class="math">\\(x\\)</span>', "meaning"), WIDE),
-        ],
-        ids=["numbers", "two columns", "formula above"],
-    )
-    def test_others_stay_as_they_are(self, heads: tuple[str, ...], cells: tuple[str, ...]) -> None:
-        page = table(heads, cells)
-        assert not page.select(".rs-cards, [role], [data-label]")
+@pytest.mark.parametrize(
+    ("heads", "cells"),
+    [
+        (("a", "b", "c"), ("1.5", "2.5", "3.5")),
+        (("exercise", "you write"), ("weight", "the weight of a residual, " * 5)),
+        (("name", '<span class="math">\\(x\\)</span>', "meaning"), WIDE),
+    ],
+    ids=["numbers", "two columns", "formula above"],
+)
+def test_tables_that_are_not_wide_stay_as_they_are(
+    self, heads: tuple[str, ...], cells: tuple[str, ...]
+) -> None:
+    page = table(heads, cells)
+    assert not page.select(".rs-cards, [role], [data-label]")
 
 
 def test_short_values_are_neither_broken_nor_made_cards() -> None:

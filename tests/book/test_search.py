@@ -107,8 +107,3 @@ def test_a_formula_or_number_that_is_a_line_or_a_cell_is_not_in_the_index() -> N
     ):
         assert not {*"y9"} & {*finding.for_the_index(alone)}
     assert "y</span> is 9" in finding.for_the_index(cell.format(f"{formula} is 9"))
-
-
-def test_sections_have_their_addresses_in_the_index() -> None:
-    page = '<section id="a-run">\n<h2>A run</h2>'
-    assert finding.for_the_index(page) == '<section><h2 id="a-run">A run</h2>'
