@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 @pytest.fixture(name="speed")
-def module_beside_gtsam() -> ModuleType:
+def module_beside_gtsam():
     if importlib.util.find_spec("gtsam") is None:
         leave_out("gtsam is not installed; nothing is measured beside it")
     from benchmarks import speed
@@ -46,8 +46,8 @@ def sides(speed: ModuleType, seconds: dict[str, list[float]]) -> tuple[list, lis
     ],
 )
 def test_sides_take_turns_and_the_median_counts_but_a_long_run_stands_alone(
-    speed: ModuleType, seconds, turns, middles
-) -> None:
+    speed, seconds, turns, middles
+):
     given, done = sides(speed, seconds)
     spent = speed.in_turns(given, lambda side: speed.Spent(side.run(), side.name), runs=3)
     assert done == list(turns)
@@ -55,7 +55,7 @@ def test_sides_take_turns_and_the_median_counts_but_a_long_run_stands_alone(
     assert [own.answer for own in spent.values()] == list(seconds)
 
 
-def test_two_threads_are_noticed(speed: ModuleType) -> None:
+def test_two_threads_are_noticed(speed):
     data = bytes(50_000_000)
 
     def run() -> None:
@@ -67,7 +67,7 @@ def test_two_threads_are_noticed(speed: ModuleType) -> None:
         speed.spend(speed.Side("two threads", run, None))
 
 
-def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed) -> None:
+def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed):
     ours = {"numpy": speed.Spent(2.0, None), "compiled": speed.Spent(1.0, None)}
     assert speed.ratios(3.0, ours) == "1.50 numpy 3.00 compiled"
     assert str(speed.Spent(0.0412, None, runs=5)) == "41.2 ms"
@@ -76,8 +76,8 @@ def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed)
 
 @pytest.mark.parametrize("there", [True, False])
 def test_each_way_is_measured_on_its_own_and_the_choice_is_left_as_it_was(
-    speed: ModuleType, monkeypatch: pytest.MonkeyPatch, there: bool
-) -> None:
+    speed, monkeypatch, there
+):
     if there and importlib.util.find_spec("numba") is None:
         leave_out("numba is not installed; one way is measured")
     monkeypatch.setattr(speed, "has_numba", lambda: there)

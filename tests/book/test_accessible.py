@@ -7,9 +7,6 @@ from importlib.resources import files
 import pytest
 from playwright.sync_api import Page
 
-from tests.book.conftest import Site
-from tests.chromium import Opener
-
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 WORDS_OF_BUTTONS = "rules: {'label-content-name-mismatch': {enabled: true}}"
@@ -122,7 +119,7 @@ def assert_open_to_all(page: Page) -> None:
     page.evaluate(DRAWN_AGAIN)
 
 
-def test_a_faint_colour_is_seen_in_the_dark_too(site: Site, open_page: Opener) -> None:
+def test_a_faint_colour_is_seen_in_the_dark_too(site, open_page):
     page = open_page((site.folder / "chapters/index.html").as_uri(), color_scheme="light").page
     page.add_style_tag(content="html[data-theme='dark'] .keyword { color: #222 }")
     page.evaluate("document.querySelector('article p').innerHTML = '<b class=keyword>word</b>'")

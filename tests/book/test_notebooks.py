@@ -33,7 +33,7 @@ def write(path: Path, source: str) -> Path:
     return path
 
 
-def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> None:
+def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path):
     """Four notebooks run, and a kernel starts for each."""
     paths = {name: write(tmp_path / f"{name}.ipynb", text) for name, text in SOURCES.items()}
     paths["text"] = tmp_path / "text.md"
@@ -56,7 +56,7 @@ def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> N
     assert sorted((tmp_path / "runs.txt").read_text().split()) == ["1", "2", "3"]
 
 
-def test_names_are_kept_as_they_were_after_each_cell(tmp_path: Path) -> None:
+def test_names_are_kept_as_they_were_after_each_cell(tmp_path):
     sources = (DEFINES, "", "sizes.append(4)")
     cells = [nbformat.v4.new_code_cell(source) for source in sources]
     kernel = {"kernelspec": {"display_name": "Python 3", "name": "python3"}}

@@ -18,7 +18,7 @@ WITH_EXAMPLES = sorted(
 
 
 @pytest.mark.parametrize("module", WITH_EXAMPLES)
-def test_the_examples_print_what_they_say(module: str) -> None:
+def test_the_examples_print_what_they_say(module):
     with np.printoptions(suppress=False, precision=8):  # a chapter may have set others
         result = doctest.testmod(import_module(f"robust_slam.{module}"))
     assert result.attempted > 0

@@ -21,7 +21,7 @@ def look_for_the_runtime() -> None:
 
 
 @pytest.fixture(scope="session")
-def made_runtime() -> None:
+def made_runtime():
     """The runtime is there."""
     look_for_the_runtime()
 

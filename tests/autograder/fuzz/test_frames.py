@@ -130,12 +130,12 @@ def converse(data: bytes, ends: bool) -> None:
 
 
 @fuzzed(200, STREAMS, st.booleans())
-def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data: bytes, ends: bool) -> None:
+def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data, ends):
     """Two conversations on each of 200 streams, which take long to draw."""
     converse(data, ends)
 
 
 @fuzzed(60, VALID, SEEDS)
-def test_a_damaged_conversation_ends(valid: bytes, seed: int) -> None:
+def test_a_damaged_conversation_ends(valid, seed):
     for data in variants(valid, TOKENS, seed):
         converse(data[:MOST], ends=True)

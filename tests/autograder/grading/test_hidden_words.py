@@ -93,9 +93,7 @@ def grade(tests: Assignment, *own: str, kept: Path) -> Result:
 @pytest.mark.parametrize(
     "own", [(), ("import os\nboom = os._exit(0)\n",)], ids=["plain", "with a cell left out"]
 )
-def test_a_hidden_check_says_nothing_of_the_students(
-    own: tuple[str, ...], tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_hidden_check_says_nothing_of_the_students(own, tmp_path, capfd):
     tests = assignment()
     result = grade(tests, *own, kept=tmp_path / "kept")
     cases = {exercise.name: exercise.cases[0] for exercise in result.exercises}

@@ -112,7 +112,7 @@ class Done:
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
+def done(tmp_path_factory, wall_name):
     working(wall_name)
     course = course_of.make(tmp_path_factory.mktemp("course"))
     for student, value in notebooks(course).items():

@@ -23,7 +23,7 @@ WRONG = toy.DOUBLE.replace("2 *", "3 *")
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
+def course(tmp_path):
     """A course of the test's own, with one submission."""
     course_of.make(tmp_path)
     course_of.hand_in(tmp_path, "ada", course_of.answer())

@@ -26,7 +26,7 @@ NAMES = ("double-by-hand", "double-random", "apply-by-hand", "apply-twice")
 
 
 @pytest.fixture(scope="module")
-def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def empty(tmp_path_factory):
     """A gradebook with nothing in it: to make one takes nbgrader a second."""
     path = tmp_path_factory.mktemp("empty") / "made" / "gradebook.db"
     gradebook.record(path, [], [])
@@ -34,7 +34,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def database(empty: Path, tmp_path: Path) -> Path:
+def database(empty, tmp_path):
     """A gradebook of the test's own."""
     return Path(shutil.copy(empty, tmp_path / "gradebook.db"))
 

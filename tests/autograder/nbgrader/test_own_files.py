@@ -15,7 +15,7 @@ from tests.autograder.timestamps import JUNK
 
 
 @pytest.fixture
-def api(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> NbGraderAPI:
+def api(monkeypatch, tmp_path):
     """nbgrader's object, changed for the test alone."""
     for owner, name in (
         (CourseDirectory, "get_existing_timestamp"),
@@ -27,7 +27,7 @@ def api(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> NbGraderAPI:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     path = tmp_path / "submitted" / "ada" / "07-toy"
     path.mkdir(parents=True)
     return path

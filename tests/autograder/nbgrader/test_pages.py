@@ -27,7 +27,7 @@ pytestmark = pytest.mark.rest
 
 
 @pytest.fixture
-def tests() -> Assignment:
+def tests():
     return course_of.with_text()
 
 

@@ -22,7 +22,7 @@ ODD = (*FORMULAS, "Hopper, Grace", 'the "boss"', "o'neill", "a=b")
 
 
 @pytest.fixture(scope="module")
-def gradebook(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def gradebook(tmp_path_factory):
     """Two assignments, one of them handed in by some, with a late penalty."""
     path = tmp_path_factory.mktemp("csv") / "gradebook.db"
     database.make(path)  # nbgrader itself would start two processes for it

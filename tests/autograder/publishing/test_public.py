@@ -25,7 +25,7 @@ SECRET = "history.append(f(history[-1])) or None"
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Path:
+def tree(tmp_path):
     """The source tree of a course whose solution has a telling line."""
     tree = world.make(tmp_path / "course")
     apply = toy.APPLY.replace("history.append(f(history[-1]))", SECRET)
@@ -34,7 +34,7 @@ def tree(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def out(tmp_path: Path) -> Path:
+def out(tmp_path):
     return tmp_path / "public"
 
 

@@ -18,7 +18,7 @@ from tests.autograder.test_markup import for_any_text
 
 
 @pytest.fixture(scope="module")
-def made() -> dict[str, str]:
+def made():
     return pages.of_classes()
 
 
@@ -177,7 +177,7 @@ def of_all_kinds(text: str) -> tuple[Skeleton, ...]:
 
 
 @pytest.fixture(scope="module")
-def harmless() -> tuple[Skeleton, ...]:
+def harmless():
     return of_all_kinds("harmless")
 
 

@@ -7,7 +7,6 @@ import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
@@ -19,7 +18,6 @@ from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import documents, feedback
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 from tests.autograder.reports import samples
 from tests.autograder.reports.pages import SITE, Skeleton, page
 from tests.autograder.reports.samples import case, exercise, result
@@ -203,7 +201,7 @@ class TestChapter:
 
 
 @pytest.fixture(scope="module")
-def harmless() -> tuple[list[tuple[str, Any]], list[str]]:
+def harmless():
     """The tags of a page, and the shape of its Markdown."""
     made = Skeleton(feedback.html(page(samples.told("harmless"))))
     return made.tags, markdown_shape("harmless")
@@ -236,7 +234,7 @@ def markdown_shape(text: str) -> list[str]:
 
 class TestCommand:
     @pytest.fixture(scope="class")
-    def once(self, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    def once(self, tmp_path_factory):
         """A folder with a source tree and results of three students, one of them hostile."""
         folder = tmp_path_factory.mktemp("once")
         tree = toy.make_tree(
@@ -255,12 +253,12 @@ class TestCommand:
         return folder
 
     @pytest.fixture
-    def graded(self, once: Path, tmp_path: Path) -> Path:
+    def graded(self, once, tmp_path):
         """A copy of the test's own."""
         return Path(shutil.copytree(once, tmp_path, dirs_exist_ok=True))
 
     @pytest.fixture
-    def run(self, graded: Path, autograder: Run) -> Run:
+    def run(self, graded, autograder):
         where = ("--out", graded / "graded", "--to", graded / "feedback")
         return lambda *arguments: autograder("feedback", *where, *arguments)
 

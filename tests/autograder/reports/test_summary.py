@@ -90,7 +90,7 @@ def shape(text: str) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def harmless() -> list[str]:
+def harmless():
     return shape("x")
 
 

@@ -160,7 +160,7 @@ CASES: dict[str, Draw] = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_drawing_shows_what_it_showed(case: str, ax) -> None:
+def test_a_drawing_shows_what_it_showed(case, ax):
     CASES[case](ax)
     drawn.check(ax.figure, case, DRAWN)
 
@@ -208,12 +208,12 @@ def test_a_drawing_shows_what_it_showed(case: str, ax) -> None:
         ),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(message: str, draw: Draw, ax) -> None:
+def test_what_cannot_be_drawn_is_refused(message, draw, ax):
     with pytest.raises(ValueError, match=message):
         draw(ax)
 
 
-def test_the_exponent_is_the_least_squares_slope_of_the_logarithms() -> None:
+def test_the_exponent_is_the_least_squares_slope_of_the_logarithms():
     assert sweeps.fitted_exponent(SIZES, 3.0 * SIZES**1.5) == pytest.approx(1.5, abs=1e-12)
     # By hand, in powers of ten: heights 0, 2, 2 over 1, 2, 3 have the slope (2 − 0)/2.
     assert sweeps.fitted_exponent(SIZES, [1.0, 100.0, 100.0]) == pytest.approx(1.0, abs=1e-12)
@@ -231,12 +231,12 @@ def test_the_exponent_is_the_least_squares_slope_of_the_logarithms() -> None:
         ([0, 0, 1, 0, 0], []),
     ],
 )
-def test_a_minimum_rises_on_both_sides(values: list[int], places: list[int]) -> None:
+def test_a_minimum_rises_on_both_sides(values, places):
     assert landscapes.minima(values).tolist() == places
 
 
 @pytest.mark.parametrize("page", ["light", "dark"])
-def test_a_larger_share_stands_out_more_and_every_number_is_legible(ax, page: str) -> None:
+def test_a_larger_share_stands_out_more_and_every_number_is_legible(ax, page):
     steps = np.linspace(0, 1, 21)
     sweeps.draw_shares(ax, [f"{step}" for step in steps], {"all": steps})
     (mesh,) = ax.collections
@@ -250,7 +250,7 @@ def test_a_larger_share_stands_out_more_and_every_number_is_legible(ax, page: st
     assert all(contrast(luminance(ink), cell) >= 4.5 for cell in cells)
 
 
-def test_boxes_of_stages_hold_their_words_and_do_not_overlap(ax) -> None:
+def test_boxes_of_stages_hold_their_words_and_do_not_overlap(ax):
     ax.figure.set_size_inches(5.6, 6.0)
     stages.draw_stages(ax)
     ax.figure.draw_without_rendering()
@@ -272,7 +272,7 @@ def coordinates(svg: str) -> np.ndarray:
     return np.array([float(n) for text in places for n in re.findall(r"-?\d+(?:\.\d+)?", text)])
 
 
-def test_the_readme_picture_is_what_the_library_draws() -> None:
+def test_the_readme_picture_is_what_the_library_draws():
     with figure_style():
         new = to_svg(opening.draw_opening(opening.town())) + "\n"
     if os.environ.get(drawn.AGAIN):
