@@ -4,8 +4,6 @@ Presence of docstrings and of types is ruff's and mypy's business (rules D1 and 
 here it is what they say.
 """
 
-from __future__ import annotations
-
 import ast
 import functools
 import re

@@ -3,8 +3,6 @@
 Those that workflows go through are there, and open.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

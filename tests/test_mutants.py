@@ -1,7 +1,5 @@
 """Mutants that no longer fit the project are named before any is tried."""
 
-from __future__ import annotations
-
 from tests.mutants import Mutant, main
 
 

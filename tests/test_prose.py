@@ -1,7 +1,5 @@
 """What `make check` finds in the course's language."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

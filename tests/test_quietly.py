@@ -1,7 +1,5 @@
 """`tools/quietly.py` keeps everything, shows little, and hides no failure."""
 
-from __future__ import annotations
-
 import os
 import pty
 import subprocess

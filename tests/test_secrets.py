@@ -5,8 +5,6 @@ every line of the real solutions, hidden regions and answers that is long enough
 told apart. The copy has a public repository, so it also shows what an address changes.
 """
 
-from __future__ import annotations
-
 import functools
 import html
 import io

@@ -1,7 +1,5 @@
 """The class on the site: its pages show what they are for, and nothing that is secret."""
 
-from __future__ import annotations
-
 import html
 import json
 import os

@@ -1,7 +1,5 @@
 """A release raises one number, and the changes that were unreleased get it as their heading."""
 
-from __future__ import annotations
-
 import shutil
 from datetime import date
 

@@ -1,7 +1,5 @@
 """What tests of the commands share: a small course, and a way to run a command on it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

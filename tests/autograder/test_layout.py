@@ -1,7 +1,5 @@
 """Results that lie where a class was kept before are never passed over in silence."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 

@@ -1,7 +1,5 @@
 """Other people's text: readable, and without power over a page, a table or a terminal."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The grader's README speaks of every command."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The table of growth: as written, as committed, as read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

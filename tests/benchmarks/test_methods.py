@@ -1,7 +1,5 @@
 """The methods of the sweep, and their budget."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.estimators import chi_square_threshold, gnc

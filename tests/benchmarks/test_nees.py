@@ -1,7 +1,5 @@
 """The table of NEES: its band, what it counts, and maps of which nothing is claimed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

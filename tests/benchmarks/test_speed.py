@@ -1,7 +1,5 @@
 """How speed is measured: in turns, on one thread; and what is printed of it."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import os

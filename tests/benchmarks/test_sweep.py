@@ -1,7 +1,5 @@
 """The sweep: its worlds, its journal, runs that come to nothing, and the committed table."""
 
-from __future__ import annotations
-
 import csv
 import re
 import subprocess

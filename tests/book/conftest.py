@@ -1,7 +1,5 @@
 """The built site, and a server for it."""
 
-from __future__ import annotations
-
 import base64
 import re
 

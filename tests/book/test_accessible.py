@@ -1,7 +1,5 @@
 """How axe-core looks at a page; each of the site is looked at where it is open on a phone, too."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 
 import pytest

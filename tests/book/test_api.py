@@ -1,7 +1,5 @@
 """The API page: every public name is on it, and its twins in GTSAM print what they print."""
 
-from __future__ import annotations
-
 import doctest
 import re
 

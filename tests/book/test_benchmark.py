@@ -1,7 +1,5 @@
 """The page *Benchmark*: its protocol is that of the sweep, its tables those of the file."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Flash cards say what the pages' tables say, each row once, in TeX that Anki draws."""
 
-from __future__ import annotations
-
 import re
 import sqlite3
 import zipfile

@@ -1,7 +1,5 @@
 """What cells show: a printed table is one, code stands below, and no grey box is left."""
 
-from __future__ import annotations
-
 import pytest
 from bs4 import BeautifulSoup
 

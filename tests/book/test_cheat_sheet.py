@@ -3,8 +3,6 @@
 What it says of graduation and switches, ``tests/lib/estimators`` asks of the library.
 """
 
-from __future__ import annotations
-
 import io
 import re
 

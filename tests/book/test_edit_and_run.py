@@ -4,8 +4,6 @@ Everything but this machine is out of reach. One visit does it all, step by step
 start of Python takes seconds.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import time

@@ -1,7 +1,5 @@
 """Every number under *Right* on the errata page is the number that the library computes."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterator

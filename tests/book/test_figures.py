@@ -1,7 +1,5 @@
 """Notebooks on a phone, and their figures: large letters, colours of the page, no cards."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Callable
@@ -84,7 +82,7 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
     found = []
     for number, text in enumerate(texts):
         for other in texts[:number]:
-            (left, right, top, bottom), (l2, r2, t2, b2) = text["box"], other["box"]  # type: ignore[misc]
+            (left, right, top, bottom), (l2, r2, t2, b2) = text["box"], other["box"]
             if min(right, r2) - max(left, l2) > 1 and min(bottom, b2) - max(top, t2) > 4:
                 found.append((other["said"], text["said"]))
     return found
@@ -112,11 +110,11 @@ class TestFigures:
     def test_there_is_room_for_what_is_drawn(self, read, width, kind):
         for figure in read(width):
             assert figure["kinds"] == [kind]
-            assert touching(figure["texts"]) == []  # type: ignore[arg-type]
+            assert touching(figure["texts"]) == []
 
     def test_letters_are_large_enough_on_a_phone(self, read):
         for figure in read(PHONE):
-            sizes = {text["said"]: text["size"] for text in figure["texts"]}  # type: ignore[attr-defined]
+            sizes = {text["said"]: text["size"] for text in figure["texts"]}
             assert {said: size for said, size in sizes.items() if size < SMALLEST} == {}
 
     @pytest.mark.parametrize(
@@ -124,9 +122,9 @@ class TestFigures:
     )
     def test_letters_are_those_of_the_page_and_paper_is_light(self, read, theme, media):
         for figure in read(WIDE, theme, media):
-            assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}  # type: ignore[call-overload]
+            assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}
             ground = "rgb(255, 255, 255)" if media == "print" else str(figure["ground"])
-            for text in figure["texts"]:  # type: ignore[attr-defined]
+            for text in figure["texts"]:
                 assert text["font"] == figure["font"]
                 assert contrast(*map(lightness, (text["fill"], ground))) >= 4.5, text["said"]
 

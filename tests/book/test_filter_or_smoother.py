@@ -1,7 +1,5 @@
 """The numbers of GTSAM's iSAM2 on the page *Filter or smoother* are those of GTSAM."""
 
-from __future__ import annotations
-
 import importlib.util
 from typing import Any
 

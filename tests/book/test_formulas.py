@@ -1,7 +1,5 @@
 """Formulas leave the build as MathML that browsers draw, with signs that the font has."""
 
-from __future__ import annotations
-
 import io
 import re
 import xml.etree.ElementTree as etree
@@ -90,7 +88,7 @@ def test_formulas_in_the_html_of_cells_are_read():
 def test_punctuation_stays_with_a_formula_in_a_line(before, after, kept):
     formula = f'<span class="math">{formulas.mathml("x", False)}</span>'
     context = {"body": f"<p>{before}{formula}{after}</p>"}
-    formulas.finish(None, "", "", context, None)  # type: ignore[arg-type]
+    formulas.finish(None, "", "", context, None)
     found = re.findall(r'<span class="rs-kept">(.*?</span>.*?)</span>', context["body"])
     assert found == ([kept.format(formula)] if kept else [])
 

@@ -3,8 +3,6 @@
 The cards of the chapters follow, in two columns where there is room.
 """
 
-from __future__ import annotations
-
 import re
 
 import pytest

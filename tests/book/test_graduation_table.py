@@ -3,8 +3,6 @@
 What chapter 9 says of it has its rows in ``tests/book/numbers/09-frontiers.toml``.
 """
 
-from __future__ import annotations
-
 import csv
 from importlib.resources import files
 

@@ -1,7 +1,5 @@
 """The public repository's address gives chapters launch buttons and previews a picture."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

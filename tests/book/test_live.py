@@ -1,7 +1,5 @@
 """Live pictures outside the site: in JupyterLab with a kernel, and in an export without one."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The live pictures of the pages in Chromium: taken hold of by mouse, by touch and by keys."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass

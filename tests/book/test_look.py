@@ -1,7 +1,5 @@
 """A page asks for little, is drawn in the course's own letters, and nothing moves."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import io

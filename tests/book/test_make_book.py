@@ -1,7 +1,5 @@
 """`make book` builds again when a public graph appears or vanishes, and not otherwise."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """On a phone wide tables are cards, and still tables; what else the markup of pages needs."""
 
-from __future__ import annotations
-
 import ast
 import re
 from itertools import pairwise
@@ -26,7 +24,7 @@ WIDE = (
 
 def rewritten(body: str) -> BeautifulSoup:
     context = {"body": body}
-    markup.rewrite(None, "", "", context, None)  # type: ignore[arg-type]
+    markup.rewrite(None, "", "", context, None)
     return BeautifulSoup(context["body"], "html.parser")
 
 
@@ -43,7 +41,7 @@ def table(heads: tuple[str, ...], cells: tuple[str, ...]) -> BeautifulSoup:
 def test_a_number_stays_with_its_unit(text):
     page, code = new_document(""), nodes.literal("", "", nodes.Text("3 m"))
     page += nodes.paragraph("", "", nodes.Text(text.replace("_", " ")), code)
-    markup.keep_together(None, page, "")  # type: ignore[arg-type]
+    markup.keep_together(None, page, "")
     assert page.astext() == text.replace("_", "\u00a0") + "3 m"
 
 

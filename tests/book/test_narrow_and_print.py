@@ -1,7 +1,5 @@
 """Code is copied by keyboard and on touch; what paper and calm readers get."""
 
-from __future__ import annotations
-
 import io
 
 import pytest

@@ -1,7 +1,5 @@
 """Each number that a page says is what the page computes, and readers may change its data."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 

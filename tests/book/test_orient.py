@@ -1,7 +1,5 @@
 """A chapter says how long it is and what for, and at its foot what its neighbours ask."""
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 

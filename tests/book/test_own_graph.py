@@ -4,8 +4,6 @@ The faults are planted in files and asked of the module of the page; browsers tr
 does with it, since each start of Python takes seconds.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 import json

@@ -1,7 +1,5 @@
 """A page's packages are put in place when they are imported, and of each only what is."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import sys

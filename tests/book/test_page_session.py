@@ -1,7 +1,5 @@
 """What runs the cells of a page, tried natively: what cells print, show and raise."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -96,9 +94,9 @@ def test_the_captions_of_a_figure_arrive():
         "captions.show(plt.figure(), 'what it is', 'what it shows')"
     )
     (result,) = run(cell)
-    (thing,) = result["shown"]  # type: ignore[misc]
+    (thing,) = result["shown"]
     words = {"figure": {"caption": "what it is"}, "image": {"alt": "what it shows"}}
-    assert thing["metadata"] == {"mystnb": words}  # type: ignore[index]
+    assert thing["metadata"] == {"mystnb": words}
 
 
 def test_a_live_picture_is_shown_as_html():

@@ -1,7 +1,5 @@
 """Each page in Chromium without network: it works, is whole, fits a phone and is open to all."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator

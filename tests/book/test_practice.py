@@ -1,7 +1,5 @@
 """The page *In practice*: its numbers and its calls."""
 
-from __future__ import annotations
-
 import operator
 import re
 from importlib import import_module

@@ -1,7 +1,5 @@
 """The printed book: contents, bookmarks and links agree, and nothing of the site is lost."""
 
-from __future__ import annotations
-
 import io
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The browser remembers what was read and done, saves it as a file, and forgets it when asked."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Chapters 03 and 08 with and without the public graphs: what they say is what they computed."""
 
-from __future__ import annotations
-
 import os
 import re
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The quizzes of the chapters in Chromium."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Each paper that is cited is listed, with one identifier, and each that is listed is cited."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -3,8 +3,6 @@
 Node runs the same Python as the worker, without a browser.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import dataclass

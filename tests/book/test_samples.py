@@ -1,7 +1,5 @@
 """Sample pages of the grader: on the site where they are made, and nothing of them elsewhere."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The search finds sections and shows their text; a query loads little."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 

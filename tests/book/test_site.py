@@ -1,7 +1,5 @@
 """The built site: no warnings, whole links, nothing from outside, nothing that is secret."""
 
-from __future__ import annotations
-
 import re
 from html import escape
 from html.parser import HTMLParser

@@ -1,7 +1,5 @@
 """The decks: cut from the chapters' pages, whole on the screen, and alive."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

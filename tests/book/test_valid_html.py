@@ -1,7 +1,5 @@
 """The pages are valid HTML, by html-validate's standard rules."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

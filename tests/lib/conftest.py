@@ -1,7 +1,5 @@
 """What every test of the library may ask for: both groups, three seeds, and GTSAM."""
 
-from __future__ import annotations
-
 import importlib.util
 
 import pytest

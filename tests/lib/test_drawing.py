@@ -1,7 +1,5 @@
 """What a drawn map shows, read back from the axes."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The examples in the docstrings of the library run and print what they say."""
 
-from __future__ import annotations
-
 import doctest
 from importlib import import_module
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Who follows the page *Operate* literally gets what it promises."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What `make runtime` made, and what tests of it need."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The runtime's files: what is not right is refused by name, and nothing half-written is used."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import zipfile

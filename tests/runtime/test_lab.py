@@ -3,8 +3,6 @@
 Chromium reaches this machine alone.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Mapping

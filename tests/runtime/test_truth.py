@@ -4,8 +4,6 @@ Two assignments in each run of the tests, all ten in ``make soak``. The browser'
 Node here, which is quicker than a browser and runs the same files.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -5,8 +5,6 @@ packages of this environment, so that pip installs the zip's own wheels and noth
 long one installs everything.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

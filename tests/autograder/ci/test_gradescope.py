@@ -1,7 +1,5 @@
 """The archive for Gradescope: unpacked, set up, run, and its results read as documented."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """``autograder init-ci``: every target in a clean folder, nothing replaced unasked."""
 
-from __future__ import annotations
-
 import re
 import stat
 import subprocess

@@ -1,7 +1,5 @@
 """Workflow files: valid, without rights or secrets that they need not have, and they run."""
 
-from __future__ import annotations
-
 import functools
 import json
 import re

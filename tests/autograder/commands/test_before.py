@@ -1,7 +1,5 @@
 """A class that began with an older version: its results, its gradebook and its release count."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import sqlite3

@@ -1,7 +1,5 @@
 """The command line: what a path means, exit statuses, and messages that name the remedy."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Each rule of `autograder lint` finds what it is for, and leaves its near miss alone."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tomllib

@@ -1,7 +1,5 @@
 """One student's odd file costs no other student a mark, and is named harmlessly."""
 
-from __future__ import annotations
-
 import glob
 import os
 import shutil

@@ -1,7 +1,5 @@
 """``autograder report``: from results to pages, without names on demand."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """``autograder scores``: a class's table, whatever students hand in."""
 
-from __future__ import annotations
-
 import csv
 import os
 import shlex

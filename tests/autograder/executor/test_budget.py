@@ -1,7 +1,5 @@
 """Limits count work and not waiting; what only waits is ended late, by the clock."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

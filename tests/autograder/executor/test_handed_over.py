@@ -1,7 +1,5 @@
 """A callable that a test hands over runs with arguments that its author provided for."""
 
-from __future__ import annotations
-
 import functools
 import math
 import operator
@@ -121,6 +119,6 @@ def test_numbers_count_as_large_as_they_are_widened(kind):
     """An answer of a byte a number would take eight times its message in memory."""
     size = 16 if kind == "F" else 8
     fits, large = (np.zeros(wire.MAX_MESSAGE // size // 2 + n, kind) for n in (-100, 101))
-    assert len(wire.decode(wire.encode([fits] * 2, int), int, widen=True)) == 2  # type: ignore[arg-type]
+    assert len(wire.decode(wire.encode([fits] * 2, int), int, widen=True)) == 2
     with pytest.raises(wire.WireError, match=r"double precision|is larger"):
-        wire.encode([fits, large], int)  # type: ignore[arg-type]
+        wire.encode([fits, large], int)

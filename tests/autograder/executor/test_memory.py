@@ -1,7 +1,5 @@
 """What student code has the trusted side hold is bounded, and costs the student alone."""
 
-from __future__ import annotations
-
 import functools
 
 import pytest

@@ -1,7 +1,5 @@
 """A session survives whatever student code does, one fault at a time."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable
 

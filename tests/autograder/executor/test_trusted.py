@@ -1,7 +1,5 @@
 """Each task in a fresh process, none of which outlives the batch or prints what C prints."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Whatever the other side writes into the pipe, a call ends with a value or a known error."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import struct

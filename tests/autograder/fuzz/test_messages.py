@@ -1,7 +1,5 @@
 """Whatever bytes arrive, the decoder gives plain data or a WireError, at a bounded cost."""
 
-from __future__ import annotations
-
 import struct
 from typing import Any
 

@@ -3,8 +3,6 @@
 Wrong types, keys twice, odd numbers, texts and encodings: notebooks to trip over.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

@@ -1,7 +1,5 @@
 """The text of any cell at all is read without harm, and in time that grows as its length."""
 
-from __future__ import annotations
-
 import ast
 import warnings
 

@@ -1,7 +1,5 @@
 """Grading refuses a course that its own sandbox would show to students, in one sentence."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

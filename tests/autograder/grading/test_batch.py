@@ -1,7 +1,5 @@
 """A batch: one secret, one result each, whatever the order, the neighbours or a kill."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

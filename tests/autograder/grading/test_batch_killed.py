@@ -1,7 +1,5 @@
 """A batch that is killed again and again ends as one that never was."""
 
-from __future__ import annotations
-
 import json
 import os
 import sqlite3

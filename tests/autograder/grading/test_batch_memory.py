@@ -1,7 +1,5 @@
 """A batch's own process holds neither submissions nor results."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What student code breaks costs the student marks; what the grader breaks is its own failure."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import pytest

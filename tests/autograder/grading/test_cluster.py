@@ -1,7 +1,5 @@
 """A batch on a Dask cluster: the marks of one process, whatever becomes of the workers."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import json
@@ -392,7 +390,7 @@ class TestEngine:
             raise OSError
 
         def last(worker: str, task: int) -> str:
-            fake.nthreads = gone  # type: ignore[method-assign]
+            fake.nthreads = gone
             return "waits"
 
         fake.answer = last

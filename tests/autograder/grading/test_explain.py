@@ -1,7 +1,5 @@
 """A visible check that failed says what came back, what was expected, and a likely cause."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

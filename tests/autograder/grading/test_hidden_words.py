@@ -4,8 +4,6 @@ Each exercise of the assignment here is one way to say something. All hidden che
 over the canary, which is what student code tries to pass on.
 """
 
-from __future__ import annotations
-
 import textwrap
 from pathlib import Path
 

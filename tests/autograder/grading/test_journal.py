@@ -1,7 +1,5 @@
 """What a batch remembers survives a kill at any moment, and costs a line for each submission."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

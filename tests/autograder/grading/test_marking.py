@@ -1,7 +1,5 @@
 """Points need evidence; messages teach; hidden tests give one bit and the hint."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

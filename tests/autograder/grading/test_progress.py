@@ -1,7 +1,5 @@
 """A long batch shows in a log that it goes on."""
 
-from __future__ import annotations
-
 import io
 import itertools
 from types import SimpleNamespace

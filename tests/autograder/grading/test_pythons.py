@@ -1,7 +1,5 @@
 """What a newer Python wrote, and this one does not know, is told as that, to both sides."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

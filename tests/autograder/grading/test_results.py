@@ -1,7 +1,5 @@
 """Result files: one truth about each case, those of before, and what is no result."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -4,8 +4,6 @@ The suite runs against any assignment: here against the toy, in ``make soak`` ag
 course's too.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import sqlite3
@@ -74,7 +72,7 @@ def said(
     target: Target, mine: dict[str, float], bound: str, kind: str = "values: nan", twin: str = ""
 ) -> list[str]:
     """What the verdicts say of marks: inflated, under-graded, spilled."""
-    entry = Entry("mallory", kind, bound, correct.plain, twin=twin or None)  # type: ignore[arg-type]
+    entry = Entry("mallory", kind, bound, correct.plain, twin=twin or None)
     marks = PLAIN | {"mallory": mine}
     return [
         verdict.inflated(entry, marks, target, ["plain"]),

@@ -1,7 +1,5 @@
 """Wrong answers are named by what they return; what is not sure has no name."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field
 

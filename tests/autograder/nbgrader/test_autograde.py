@@ -1,7 +1,5 @@
 """nbgrader's own commands grade with this package, and formgrader's work is kept."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

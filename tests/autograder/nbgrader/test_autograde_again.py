@@ -1,7 +1,5 @@
 """What a person entered outlives every further run of nbgrader's and of the command line's."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A mark by hand is one number wherever it is read, and outlives what is graded again."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shutil

@@ -3,8 +3,6 @@
 ``nbgrader autograde`` is tested beside it.
 """
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The gradebook holds each case's points once, and follows the instructor's notebook."""
 
-from __future__ import annotations
-
 import contextlib
 import shutil
 import sqlite3

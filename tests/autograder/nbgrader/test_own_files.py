@@ -1,7 +1,5 @@
 """What nbgrader keeps in a submission's folder is a short plain file, or it is not there."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What formgrader and feedback show: the student's text, how each case went, and nothing live."""
 
-from __future__ import annotations
-
 import json
 import resource
 import subprocess

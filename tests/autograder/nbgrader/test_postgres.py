@@ -1,7 +1,5 @@
 """A gradebook that several graders share: nothing is lost, be it PostgreSQL or SQLite."""
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing
 import os

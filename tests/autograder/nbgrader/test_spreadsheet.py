@@ -1,7 +1,5 @@
 """The gradebook as CSV: nbgrader's columns, and names that stay names."""
 
-from __future__ import annotations
-
 import csv
 import warnings
 from datetime import datetime

@@ -1,7 +1,5 @@
 """Calls go both ways over a pair of pipes, and end in time."""
 
-from __future__ import annotations
-
 import os
 import struct
 import threading

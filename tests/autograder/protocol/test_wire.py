@@ -1,7 +1,5 @@
 """Plain data crosses unchanged; nothing else crosses, in either direction."""
 
-from __future__ import annotations
-
 import enum
 import struct
 from typing import Any

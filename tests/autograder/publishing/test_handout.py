@@ -1,7 +1,5 @@
 """An assignment's archive: the same bytes each time, and a README that can be followed."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

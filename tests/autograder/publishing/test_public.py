@@ -1,7 +1,5 @@
 """The public course is what is listed and no answer; where it would tell, nothing is written."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

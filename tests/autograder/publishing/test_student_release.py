@@ -1,7 +1,5 @@
 """A release holds what students need and no answer; where it would, nothing is written."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

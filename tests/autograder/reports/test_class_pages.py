@@ -1,7 +1,5 @@
 """The instructor's pages say the numbers in words and tables, and no more than they may."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What a student reads: plain sentences, the hint and no more."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import shutil

@@ -1,7 +1,5 @@
 """The pages in Chromium: only read, read by all, on every screen and on paper."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """Answers that are nearly one text are found under other names, and nothing else is."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """A batch's summaries: marks and words; no name where none is wanted."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The back ends that tests of the sandbox run with."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.autograder.sandbox.probing import walls

@@ -1,7 +1,5 @@
 """Memory that no process's size shows: refused, or counted by a control group."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """The fork server: shared by processes, and gone with the one that owns it."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal
@@ -69,7 +67,7 @@ def owner(wall):
     """A process that owns a fork server with a student, and the server's folder."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     command = [sys.executable, "-c", OWNER]
-    with subprocess.Popen(command, start_new_session=True, **options) as process:  # type: ignore[call-overload]
+    with subprocess.Popen(command, start_new_session=True, **options) as process:
         try:
             said, home = process.stdout.readline().split()
             assert said == "None" and len(processes_of(Path(home))) > 1

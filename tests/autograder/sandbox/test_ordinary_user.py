@@ -1,7 +1,5 @@
 """The walls once more as an ordinary user, where root runs the tests."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

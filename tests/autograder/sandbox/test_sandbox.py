@@ -1,7 +1,5 @@
 """What student code behind the wall can see, reach and use up."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import itertools
 import json

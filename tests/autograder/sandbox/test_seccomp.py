@@ -1,7 +1,5 @@
 """The filter's decisions, as the kernel's own rules for classic BPF give them."""
 
-from __future__ import annotations
-
 import errno
 import struct
 

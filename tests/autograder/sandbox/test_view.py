@@ -1,7 +1,5 @@
 """What a sandbox shows, as the packages and the machine have it."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import subprocess
 import sys

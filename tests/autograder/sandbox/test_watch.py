@@ -1,7 +1,5 @@
 """What a sandbox's processes may use together."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

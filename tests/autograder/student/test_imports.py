@@ -1,7 +1,5 @@
 """What student code may import, and the one sentence that it gets for everything else."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """A live picture says what its still one says; *Show it* brings it where the answer is seen."""
 
-from __future__ import annotations
-
 import json
 import re
 from urllib.parse import unquote

@@ -1,7 +1,5 @@
 """Figures as parts of a page: colours, letters and names, and the narrow drawing."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import pairwise

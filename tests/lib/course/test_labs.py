@@ -1,7 +1,5 @@
 """The tables of the labs' pictures are what the library decides."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 from typing import Any

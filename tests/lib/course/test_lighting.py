@@ -1,7 +1,5 @@
 """Words beside a picture, and parts of it, light what they name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

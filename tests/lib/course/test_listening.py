@@ -1,7 +1,5 @@
 """The edges of a map as tones: who hears them, and sees nothing, finds the outlier."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page's modules can be joined in one scope, and each of them is part of a picture."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 from pathlib import Path
 

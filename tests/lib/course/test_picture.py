@@ -1,7 +1,5 @@
 """A live picture: what it is given, and what a page and a notebook get."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import re

@@ -1,7 +1,5 @@
 """The pipeline of chapter 8 records what each of its stages did."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam.certificates import Verdict
 from robust_slam.estimators import chi_square_threshold

@@ -1,7 +1,5 @@
 """Predictions: what the library computes of their answers, and how a reader gives one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A quiz answers every option, marks the right ones, and is plain HTML."""
 
-from __future__ import annotations
-
 import pytest
 from bs4 import BeautifulSoup
 from robust_slam_course.quiz import Option, Question, Quiz

@@ -1,7 +1,5 @@
 """The results file of the benchmark, as the pages read it."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

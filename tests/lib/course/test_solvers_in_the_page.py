@@ -3,8 +3,6 @@
 ``tests/lib/course/mutants.py`` plants bugs that these comparisons must catch.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

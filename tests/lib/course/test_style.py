@@ -1,7 +1,5 @@
 """The figures' style: seen on every page, told apart without colour, the same bytes each time."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import re

@@ -1,7 +1,5 @@
 """IRLS: its laws for every kernel, and where it ends."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The tools of assignment 09 work, and its pictures of public data and of GTSAM's map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """The assignments' pictures: the reference lies on the truth, a wrong answer leaves it."""
 
-from __future__ import annotations
-
 import inspect
 import json
 from collections.abc import Callable

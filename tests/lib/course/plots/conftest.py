@@ -1,7 +1,5 @@
 """Axes in the course's style, on a figure that no window holds."""
 
-from __future__ import annotations
-
 import pytest
 from matplotlib.figure import Figure
 from robust_slam_course.style import figure_style

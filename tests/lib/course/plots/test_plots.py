@@ -1,7 +1,5 @@
 """A drawing shows what it showed when it was looked at, keeps its laws and refuses nonsense."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable
