@@ -17,7 +17,6 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.publishing.handout import INSTALL
 from robust_slam_autograder.publishing.student_release import release
-from robust_slam_autograder.reading import assignment as assignments
 
 from tests.as_user import ROOT
 from tests.assignments import answers
@@ -48,8 +47,7 @@ def zips(tmp_path_factory):
 
 def hidden_cases() -> int:
     """How many cases of the first assignment hold checks that students do not see."""
-    cases = assignments.load(answers.SOLUTIONS / FIRST / f"{FIRST}.ipynb").cases
-    return sum(case.has_hidden for case in cases)
+    return sum(case.has_hidden for case in answers.load(FIRST).cases)
 
 
 def unpack(zips: Path, name: str, home: Path) -> Path:

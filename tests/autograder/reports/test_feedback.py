@@ -185,18 +185,6 @@ class TestChapter:
         assert "](" not in feedback.markdown(shown)
         assert page(result(samples.PARTLY), Config()).exercises[0].reading is None
 
-    @pytest.mark.parametrize(
-        ("sections", "sentence"),
-        [
-            ('doubel = "A heading"', "names 'doubel'; the exercises are double, apply"),
-            ("double = 1", "double has a value of the wrong type"),
-        ],
-    )
-    def test_sections_are_of_exercises_that_there_are(self, tmp_path, sections, sentence):
-        tree = toy.make_tree(tmp_path, f"[sections]\n{sections}\n")
-        with pytest.raises(WrongUse, match=sentence):
-            assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
-
 
 @pytest.fixture(scope="module")
 def harmless():
