@@ -11,7 +11,6 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
-from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import documents, feedback
 
