@@ -75,7 +75,6 @@ def secret_lines(name: str) -> frozenset[str]:
 
 
 def manual_lines() -> set[str]:
-    """Lines of the instructor's manual."""
     pages = (path.read_text("utf-8") for path in (answers.SOLUTIONS / "manual").glob("*.md"))
     lines = {line.strip() for page in pages for line in page.split("\n")}
     return {line for line in lines if len(line) >= TELLING_OF_AN_ANSWER}
@@ -213,7 +212,6 @@ def public(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def lines(public):
-    """The lines of each file of the public course."""
     return {
         path.relative_to(public).as_posix(): plain_lines(path, text)
         for path, text in files_below(public)

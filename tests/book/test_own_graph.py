@@ -206,7 +206,6 @@ SHIFTS = """() => new Promise((opened) => {
 
 
 def saved(page: Page, name: str, folder: Path) -> Path:
-    """What a button saves."""
     with page.expect_download() as download:
         page.get_by_role("button", name=name).click()
     path = folder / download.value.suggested_filename

@@ -272,7 +272,6 @@ def test_marks_leave_the_machine_encrypted_and_without_a_name(private, grader, w
 
 
 def key(path: Path, grader: Runner) -> None:
-    """Make a key pair, and write its public half."""
     if shutil.which("gpg") is None:
         leave_out("gpg is not installed; marks cannot be encrypted")
     environment = {**grader.environment(), "GNUPGHOME": str(grader.home)}
