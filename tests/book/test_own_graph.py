@@ -38,7 +38,6 @@ from tests.firefox import firefox
 SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PAGE = "chapters/your-graph"
 Ask = Callable[..., Any]
-Edit = Callable[[list[str]], list[str]]
 
 
 @pytest.fixture

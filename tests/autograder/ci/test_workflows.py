@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +61,6 @@ def complaints(linter: Path, paths: list[Path]) -> list[str]:
         for one in json.loads(done.stdout)
         if not one["message"].startswith(NEWER)
     ]
-
-
-Init = Callable[..., Path]
 
 
 def write(tree: Path, target: str, out: Path, *more: str) -> Path:
