@@ -9,9 +9,9 @@ import pytest
 import robust_slam as rs
 from robust_slam import cli
 from robust_slam.graphs import PoseGraph, add_random_closures, circle, manhattan, sphere
+from robust_slam.graphs.formats import TORO
 from robust_slam.graphs.g2o import write
 from robust_slam.graphs.reading import read
-from robust_slam.graphs.toro import TORO
 from robust_slam.solver import readings
 
 pytestmark = pytest.mark.long
