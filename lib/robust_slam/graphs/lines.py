@@ -102,11 +102,15 @@ def with_points(text: str) -> tuple[str, tuple[str, ...]]:
 
     It has, where every number with a comma has one alone, and no number has a point.
     """
-    fields = [field for _, line in lines_of(text) for field in line] if "," in text else []
-    commas = [field for field in fields if "," in field]
-    if not commas or not all(map(_DECIMAL.fullmatch, commas)) or any("." in f for f in fields):
+    if "," not in text:
         return text, ()
-    return text.replace(",", "."), ("the commas in its numbers are read as decimal points",)
+    commas = False
+    for field in (field for _, fields in lines_of(text) for field in fields):
+        if "." in field or ("," in field and not _DECIMAL.fullmatch(field)):
+            return text, ()
+        commas = commas or "," in field
+    note = ("the commas in its numbers are read as decimal points",)
+    return (text.replace(",", "."), note) if commas else (text, ())
 
 
 def lines_of(text: str) -> Iterator[Line]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -98,7 +99,7 @@ class Format:
     names: Callable[[Ids], Names] = field(default=lambda ids: ids)
     robots: Callable[[Ids], Ids] = field(default=np.zeros_like)
 
-    @property
+    @cached_property
     def tags(self) -> Mapping[str, Tag]:
         """What stands behind each tag that has a meaning."""
         found = {}
