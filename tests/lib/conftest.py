@@ -39,7 +39,7 @@ class Narrow:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _as_the_page_reads(tmp_path_factory: pytest.TempPathFactory):
+def _as_the_page_reads(tmp_path_factory):
     """Ask the page's Python, whose intp has 32 bits, about each file that a test has read."""
     found: dict[bytes, None] = {}
     decoded = reading.decoded
