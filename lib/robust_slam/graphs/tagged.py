@@ -20,7 +20,7 @@ from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Ids, Indices, Mask
 from robust_slam._words import so_do
-from robust_slam.graphs.doubts import Content, doubts
+from robust_slam.graphs.doubts import FEW, Content, doubts
 from robust_slam.graphs.graph_file import GraphFile, Names
 from robust_slam.graphs.group import group_of, upward
 from robust_slam.graphs.lines import (
@@ -66,12 +66,9 @@ class Layout:
 
     def edges(self, stamps: int) -> dict[str, Tag]:
         """Return what stands behind the tags of edges; a triangle that is missing can be taken."""
-        position, rotation = ("0.01", "0.0025") if self.covariance else ("100", "400")
-        ahead = 2 if self.dof == 3 else 3
-        half = tuple(
-            ("0" if i < j else position if i < ahead else rotation)
-            for i, j in zip(*np.triu_indices(self.dof), strict=True)
-        )
+        sizes = ("0.01", "0.0025") if self.covariance else ("100", "400")
+        places = zip(*np.triu_indices(self.dof), strict=True)
+        half = tuple("0" if i < j else sizes[int(2 * i // self.dof)] for i, j in places)
         numbers = self.pose + len(half)
         more = {tag: Tag(2, numbers, stamps, unused=1, half=half) for tag in self.as_edge}
         return {self.edge: Tag(2, numbers, stamps, half=half), **more}
@@ -157,8 +154,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     ids = ascending[order]
     ids.flags.writeable = False
     names = form.names(ids)
-    turns = np.abs(edges.numbers[:, list(layout.angles)])
-    content = Content(graph, names, edges.line, turns)
+    content = Content(graph, names, edges.line, np.abs(edges.numbers[:, list(layout.angles)]))
     return GraphFile(
         graph,
         _guess(vertices, layout, order),
@@ -340,37 +336,31 @@ def _steps(ranks: Indices, robots: Ids, measurement: Array) -> Mask:
     pair = ranks[near].min(axis=1)
     order = near[np.lexsort((near, j[near] < i[near], pair))]
     _, first, count = np.unique(np.sort(pair), return_index=True, return_counts=True)
-    chosen, rivals = order[first], np.flatnonzero(count > 1)
-    if 0 < rivals.size <= 0.1 * count.size:
-        strange = _strangeness(ranks, measurement, chosen[count == 1])
-        for k in rivals:
-            given = order[first[k] : first[k] + count[k]]
-            how = strange(given)
-            chosen[k] = given[0] if how[0] <= 1.0 else given[np.argmin(how)]
+    chosen, several = order[first], np.flatnonzero(count > 1)
+    if several.size and np.sum(count == 1) >= FEW:
+        strange = _strangeness(upward(ranks, measurement), order, chosen[count == 1])
+        for k in several:
+            how = strange[first[k] : first[k] + count[k]]
+            chosen[k] = order[first[k] + (0 if how[0] <= 1.0 else np.argmin(how))]
     odometry = np.zeros(i.size, dtype=np.bool_)
     odometry[chosen] = True
     return odometry
 
 
-def _strangeness(ranks: Indices, measurement: Array, steps: Indices) -> Callable[[Indices], Array]:
-    """Return how far edges are from the three most alike of the ``steps``, in ten usual gaps."""
-    group = group_of(measurement)
-    lengths = np.linalg.norm(group.translation(measurement[steps]), axis=1)
-    length = max(float(np.median(lengths)), np.finfo(float).tiny)
+def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
+    """Return how far ``edges`` are from the three ``steps`` most alike, in ten usual gaps.
 
-    def features(edges: Indices) -> Array:
-        ahead = upward(ranks[edges], measurement[edges])
-        place = group.translation(ahead) / length
-        return np.concatenate([place, group.log(ahead)[:, group.DIMENSION :]], axis=1)
-
-    tree = KDTree(features(steps))
-
-    def gap(edges: Indices, others: int) -> Array:
-        return np.asarray(tree.query(features(edges), k=others)[0])[:, -1]
-
+    ``ahead`` ``(m, …)`` are the relative poses in one direction, and lengths count in steps.
+    """
+    group = group_of(ahead)
+    place = group.translation(ahead)
+    length = float(np.median(np.linalg.norm(place[steps], axis=1))) or 1.0
+    seen = np.concatenate([place / length, group.log(ahead)[:, group.DIMENSION :]], axis=1)
+    tree = KDTree(seen[steps])
     # Of a step itself the nearest is the step.
-    usual = 10.0 * float(np.quantile(gap(steps, 4), 0.9)) + np.finfo(float).tiny
-    return lambda edges: gap(edges, 3) / usual
+    usual = np.quantile(np.asarray(tree.query(seen[steps], k=4)[0])[:, -1], 0.9)
+    gaps = np.asarray(tree.query(seen[edges], k=3)[0])[:, -1]
+    return np.asarray(gaps / (10.0 * usual + np.finfo(float).tiny))
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:
