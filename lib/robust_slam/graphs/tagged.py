@@ -281,7 +281,11 @@ def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
     again = ~np.isin(np.arange(len(vertices)), first)
     if np.any(again):
         name = form.names(vertices.ids[np.argmax(again)])[0]
-        raise vertices.fault(again, f"vertex {name} is given twice; drop one line")
+        raise vertices.fault(
+            again,
+            f"vertex {name} is given twice; drop one line or, if two robots have the same ids, "
+            "add an offset to those of one",
+        )
     missing = ~np.isin(edges.ids, ascending)
     if np.any(missing):
         name = form.names(edges.ids[missing][:1])[0]

@@ -7,7 +7,7 @@ count. Poses in the plane are written with z = 0.
 Fields may be separated by spaces, commas or semicolons, and numbers have decimal commas beside
 semicolons. A line of names ahead of the numbers, a comment or not, tells where time, position
 and quaternion stand. Without one, whole nanoseconds and commas are EuRoC's format, whose
-quaternion begins with w: ``time x y z qw qx qy qz``. Times of 12 digits or more are
+quaternion begins with w: ``time x y z qw qx qy qz``. Times since 1970 may also be in
 milliseconds, microseconds or nanoseconds.
 
 Source: Sturm et al. 2012, "A benchmark for the evaluation of RGB-D SLAM systems"; Geiger et
@@ -21,7 +21,6 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,7 +39,6 @@ from robust_slam.graphs.lines import (
     Tag,
     check_near,
     is_real,
-    lines_of,
     rows_of,
     whole,
 )
@@ -51,8 +49,10 @@ from robust_slam.graphs.tagged import Edges
 _NAMES = "time", "x", "y", "z", "qx", "qy", "qz", "qw"
 _TUM, _KITTI = tuple(range(8)), tuple(range(12))
 _EUROC = (0, 1, 2, 3, 5, 6, 7, 4)
-_UNITS = {1e17: (1e9, "nanoseconds"), 1e14: (1e6, "microseconds"), 1e11: (1e3, "milliseconds")}
-"""The unit of times beyond a number, and how many of it are a second."""
+_UNITS = {1e9: "nanoseconds", 1e6: "microseconds", 1e3: "milliseconds"}
+"""How many of a unit are a second."""
+_EPOCH = 9e8, 2.5e9
+"""Since 1970 (s): a time between these in another unit is read in it."""
 _ROUNDED = 1e-3
 """Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
 
@@ -68,12 +68,6 @@ class Drive:
     times: Array | None
     notes: tuple[str, ...] = ()
     w_first: bool = False
-
-
-def is_drive(text: str) -> bool:
-    """Tell whether a text is a table: a line begins with a number, or the one below it does."""
-    firsts = [fields[0] for _, fields in islice(lines_of(text), 2)]
-    return any(is_real(re.split("[,;]", first)[0]) for first in firsts)
 
 
 def drive_of(text: str) -> Drive:
@@ -158,7 +152,7 @@ def _usual(first: Line, commas: bool) -> tuple[int, ...]:
     """Return the columns of a format that has no names; ``commas`` separate its numbers."""
     line, fields = first
     count = len(fields)
-    if commas and count >= 8 and (whole(fields[0]) or 0) > 1e15:
+    if commas and count >= 8 and _unit(float(fields[0])) == 1e9:
         return _EUROC
     if count in (8, 12):
         return _TUM if count == 8 else _KITTI
@@ -177,9 +171,12 @@ def _times(rows: Rows, column: int) -> tuple[Array, str]:
     back = np.diff(times, prepend=-np.inf) <= 0.0
     if np.any(back):
         raise rows.fault(back, "the time does not ascend; sort the lines and drop copies")
-    units = [unit for beyond, unit in _UNITS.items() if times[0] > beyond]
-    size, name = units[0] if units else (1.0, "")
-    return times / size, name
+    unit = _unit(times[0])
+    return times / unit, _UNITS.get(unit, "")
+
+
+def _unit(time: float) -> float:
+    return next((u for u in _UNITS if _EPOCH[0] < time / u < _EPOCH[1]), 1.0)
 
 
 def _kitti(rows: Rows) -> Array:

@@ -334,6 +334,8 @@ EUROC = (
             "qw qx qy qz, with the time in nanoseconds",
         ),
         (table(unit=1e9), "qx qy qz qw, with the time in nanoseconds"),
+        (table(names="slam:vins\nseq:1\n#Time position:x y z quaternion:x y z w"), ""),
+        (table(names="#timestamp x y z qx qy qz qw id", behind=[7]), ""),
         (table(unit=1e6), "with the time in microseconds"),
     ],
 )
