@@ -4,10 +4,6 @@ Each figure is a ratio of CPU times, GTSAM's ÷ ours: above 1 we are faster. Wal
 on a shared machine; so both sides take turns in one run, each on one thread, and the median of
 five times counts. Where one time exceeds twenty seconds, it stands alone.
 
-The library solves in two ways, by numpy alone and by the compiled factorisation, and chooses by
-the number of edges; here each way is measured on every graph, in a line `ratio gn/GRAPH VALUE
-numpy VALUE compiled`. What it takes to load the compiled one is the figure `kernels`.
-
 All begin at the chordal start and take the same number of steps, after which the cost falls by
 less than a share of 1e-5. GTSAM's graph and values are made before the clock runs, as our
 ``PoseGraph`` is; its optimiser, which orders the poses, is made under it, as our problem is, which
@@ -24,13 +20,11 @@ from __future__ import annotations
 import argparse
 import gc
 import os
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from statistics import median
 from typing import Any
 
@@ -40,11 +34,9 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import gtsam
 import numpy as np
 from robust_slam._arrays import Array
-from robust_slam.descent import gauss_newton, start
-from robust_slam.descent.sparse.choice import COMPILED_FROM, LARGE, has_numba
+from robust_slam.descent import start
 from robust_slam.graphs import PoseGraph, gtsam_graph, pose_graph
 from robust_slam.graphs.datasets import DatasetMissing, load
-from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.problems import PoseGraphProblem
 from tqdm import tqdm
 
@@ -53,19 +45,10 @@ RUNS = 5
 LONG = 20.0
 """Seconds; what takes longer runs once."""
 _ONE_THREAD, _NOISE = 1.05, 0.01
-ORDERINGS = ("COLAMD", "METIS")
+OURS, ORDERINGS = "ours", ("COLAMD", "METIS")
 FALL, AGREE = 1e-5, 1e-8
 _NEVER = -1e300
 """A fall of the cost that stops no descent, whatever the rounding."""
-EDGES = {"numpy": sys.maxsize, "compiled": 0}
-"""From how many edges on the factorisation is the compiled one, for each way."""
-_FIRST_USE = """
-import time
-from benchmarks import speed
-before = time.process_time()
-speed.use_kernels()
-print(time.process_time() - before)
-"""
 
 
 @dataclass(frozen=True)
@@ -136,7 +119,7 @@ def in_turns(
 
 
 def gauss_newton_figure(name: str) -> str:
-    """Return what both sides spent on one graph, and below it the ratios.
+    """Return what both sides spent on one graph, and below it the ratio.
 
     Raises:
         RuntimeError: the final costs do not agree.
@@ -144,25 +127,19 @@ def gauss_newton_figure(name: str) -> str:
     graph = load(name)
     guess = start.chordal(graph)
     steps = steps_needed(graph, guess)
-    mine = our_sides(
-        lambda: PoseGraphProblem(graph, guess, steps=steps).solve(
-            np.ones(len(graph.edges)), guess
-        ),
-        partial(pose_graph.cost, graph),
-    )
-    spent = in_turns([*mine, *(_gtsam_side(graph, guess, steps, each) for each in ORDERINGS)])
+    theirs = (_gtsam_side(graph, guess, steps, each) for each in ORDERINGS)
+    spent = in_turns([_our_side(graph, guess, steps), *theirs])
     costs = [each.answer for each in spent.values()]
     if max(costs) - min(costs) > AGREE * min(costs):
         raise RuntimeError(f"{name}: the final costs of {list(spent)} are {costs}")
-    ours = {side.name: spent.pop(side.name) for side in mine}
-    told = ", ".join(f"{side} {each}" for side, each in {**spent, **ours}.items())
-    ratio = ratios(min(each.seconds for each in spent.values()), ours)
-    return f"  {told}; {steps} steps, cost {costs[0]:.6f}\nratio gn/{name} {ratio}"
+    told = ", ".join(f"{side} {each}" for side, each in spent.items())
+    return f"  {told}; {steps} steps, cost {costs[0]:.6f}\nratio gn/{name} {ratio(spent):.2f}"
 
 
-def ratios(other: float, ours: dict[str, Spent]) -> str:
-    """Return the ``other`` side's seconds ÷ those of each of our ways."""
-    return " ".join(f"{other / spent.seconds:.2f} {way}" for way, spent in ours.items())
+def ratio(spent: Mapping[str, Spent]) -> float:
+    """Return the seconds of the quickest of the other sides ÷ those of ``OURS``."""
+    others = (own.seconds for side, own in spent.items() if side != OURS)
+    return min(others) / spent[OURS].seconds
 
 
 def steps_needed(graph: PoseGraph, guess: Array) -> int:
@@ -176,11 +153,13 @@ def steps_needed(graph: PoseGraph, guess: Array) -> int:
     return steps
 
 
-def our_sides(run: Callable[[], Any], read: Callable[[Any], Any]) -> list[Side]:
-    """Return a side for each way that there is: ``numpy``, and ``compiled`` with numba."""
-    if has_numba():
-        use_kernels()
-    return [Side(way, by(way, run), read) for way in (EDGES if has_numba() else ["numpy"])]
+def _our_side(graph: PoseGraph, guess: Array, steps: int) -> Side:
+    ones = np.ones(len(graph.edges))
+    return Side(
+        OURS,
+        lambda: PoseGraphProblem(graph, guess, steps=steps).solve(ones, guess),
+        partial(pose_graph.cost, graph),
+    )
 
 
 def _gtsam_side(graph: PoseGraph, guess: Array, steps: int, ordering: str) -> Side:
@@ -197,47 +176,8 @@ def _gtsam_side(graph: PoseGraph, guess: Array, steps: int, ordering: str) -> Si
     return Side(f"GTSAM {ordering}", run, factors.error)
 
 
-def by(way: str, run: Callable[[], Any]) -> Callable[[], Any]:
-    """Return a task that is done by one of the ways in ``EDGES``."""
-
-    def chosen() -> Any:  # noqa: ANN401
-        os.environ[COMPILED_FROM] = str(EDGES[way])
-        try:
-            return run()
-        finally:
-            del os.environ[COMPILED_FROM]
-
-    return chosen
-
-
-@cache
-def use_kernels() -> None:
-    """Use every kernel once, on small graphs in the plane and in space."""
-    for make in (manhattan, sphere):
-        graph, _ = make(50, np.random.default_rng(0), closures=20)
-        by("compiled", lambda graph=graph: gauss_newton(graph, start.chordal(graph)))()
-
-
-def kernels_figure() -> str:
-    """Return the CPU seconds of the first use of the kernels, compiled anew and from disk."""
-    if not has_numba():
-        return "kernels none: numba is not installed"
-    with tempfile.TemporaryDirectory() as folder:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
-        command = [sys.executable, "-c", _FIRST_USE]
-        first, later = (
-            float(subprocess.run(command, env=environment, capture_output=True, check=True).stdout)
-            for _ in range(2)
-        )
-    return (
-        f"kernels are loaded in {later:.2f} s once per process, and compiled in {first:.1f} s "
-        f"once per machine; used from {LARGE:,} edges"
-    )
-
-
 FIGURES: dict[str, Callable[[], str]] = {
-    "kernels": kernels_figure,
-    **{f"gn/{graph}": partial(gauss_newton_figure, graph) for graph in GRAPHS},
+    f"gn/{graph}": partial(gauss_newton_figure, graph) for graph in GRAPHS
 }
 
 

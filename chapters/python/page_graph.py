@@ -35,8 +35,6 @@ Tell = Callable[[str], object]
 
 MANY = 20_000
 """With more edges the page first says how to do it outside of a browser."""
-HEAVY = {2: 10_000, 3: 2_000}
-"""With more edges in the plane and in space one descent alone is made at first."""
 SECONDS = 20.0
 """The search ends after so long; a thorough one after ten times as long."""
 PLAIN_SECONDS = 2.0
@@ -145,9 +143,8 @@ def solve(given: Given, tell: Tell) -> dict[str, Any]:
     """Solve the case, and return all that the page shows of it; ``thorough`` takes longer."""
     case, thorough = CASES[0], bool(given.get("thorough"))
     graph, names = case.file.graph, case.file.names
-    quick = not thorough and len(graph.edges) > HEAVY[graph.group.DIMENSION]
     seconds = SECONDS * (10 if thorough else 1)
-    answer = rs.solve(graph, quick=quick, max_seconds=seconds, progress=tell)
+    answer = rs.solve(graph, max_seconds=seconds, progress=tell)
     CASES[0] = case = replace(case, answer=answer)
     tell("the map of least squares is found")
     plain = least_squares(graph)
@@ -160,7 +157,7 @@ def solve(given: Given, tell: Tell) -> dict[str, Any]:
         and answer.support is Support.UNIQUE
         and not case.file.doubts,
         "notes": [*notes, *noise_told(answer), *swapped_told(case)],
-        "quick": quick,
+        "late": answer.late and not thorough,
         "axes": ["xyz"[axis] for axis in axes],
         "robust": seen(graph, answer.poses, axes),
         "plain": seen(graph, plain, axes),
@@ -171,7 +168,7 @@ def solve(given: Given, tell: Tell) -> dict[str, Any]:
         "trunk": trunk(answer).tolist(),
         "about": about(case),
         "size": np.round(tested(answer), 3).tolist(),
-        "python": python(case, quick),
+        "python": python(case),
         "command": command(case),
         "files": written(case),
     }
@@ -202,7 +199,7 @@ def wider(answer: Answer, tell: Tell) -> tuple[str, Answer] | None:
     words = "with deviations ten times as large"
     tell(f"the graph is read {words}")
     coarse = replace(graph, information=graph.information / 100.0)
-    other = rs.solve(coarse, quick=True, max_seconds=SECONDS)
+    other = rs.solve(coarse, max_seconds=SECONDS)
     return (words, other) if 2 * other.rejected.size <= rejected else None
 
 
@@ -322,7 +319,7 @@ def written(case: Case) -> dict[str, str]:
     return texts
 
 
-def python(case: Case, quick: bool) -> str:
+def python(case: Case) -> str:
     """Return the lines of Python that do the same."""
     given = "".join(f", {name}={value!r}" for name, value in case.options.items())
     lines = [
@@ -330,7 +327,7 @@ def python(case: Case, quick: bool) -> str:
         "from robust_slam.graphs import g2o",
         "",
         f"file = rs.read({str(case.path)!r}{given})",
-        f"answer = rs.solve(file.graph{', quick=True' if quick else ''})",
+        "answer = rs.solve(file.graph)",
         'print(file.summary(), answer.summary(file.names), sep="\\n\\n")',
         f"g2o.write({case.path.stem + '-clean.g2o'!r}, answer.clean, answer.poses, file.ids)",
     ]

@@ -1,17 +1,11 @@
 """How speed is measured: in turns, on one thread; and what is printed of it."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
-import os
 import threading
 from types import ModuleType
 
-import numpy as np
 import pytest
-from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.graphs.generate import manhattan
 
 from tests.conftest import leave_out
 
@@ -19,7 +13,7 @@ pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 @pytest.fixture(name="speed")
-def module_beside_gtsam() -> ModuleType:
+def module_beside_gtsam():
     if importlib.util.find_spec("gtsam") is None:
         leave_out("gtsam is not installed; nothing is measured beside it")
     from benchmarks import speed
@@ -46,8 +40,8 @@ def sides(speed: ModuleType, seconds: dict[str, list[float]]) -> tuple[list, lis
     ],
 )
 def test_sides_take_turns_and_the_median_counts_but_a_long_run_stands_alone(
-    speed: ModuleType, seconds, turns, middles
-) -> None:
+    speed, seconds, turns, middles
+):
     given, done = sides(speed, seconds)
     spent = speed.in_turns(given, lambda side: speed.Spent(side.run(), side.name), runs=3)
     assert done == list(turns)
@@ -55,7 +49,7 @@ def test_sides_take_turns_and_the_median_counts_but_a_long_run_stands_alone(
     assert [own.answer for own in spent.values()] == list(seconds)
 
 
-def test_two_threads_are_noticed(speed: ModuleType) -> None:
+def test_two_threads_are_noticed(speed):
     data = bytes(50_000_000)
 
     def run() -> None:
@@ -67,24 +61,8 @@ def test_two_threads_are_noticed(speed: ModuleType) -> None:
         speed.spend(speed.Side("two threads", run, None))
 
 
-def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed) -> None:
-    ours = {"numpy": speed.Spent(2.0, None), "compiled": speed.Spent(1.0, None)}
-    assert speed.ratios(3.0, ours) == "1.50 numpy 3.00 compiled"
+def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed):
+    seconds = {speed.OURS: 2.0, "GTSAM COLAMD": 3.0, "GTSAM METIS": 4.0}
+    assert speed.ratio({side: speed.Spent(own, None) for side, own in seconds.items()}) == 1.5
     assert str(speed.Spent(0.0412, None, runs=5)) == "41.2 ms"
     assert str(speed.Spent(3.4, None)) == "3.40 s (once)"
-
-
-@pytest.mark.parametrize("there", [True, False])
-def test_each_way_is_measured_on_its_own_and_the_choice_is_left_as_it_was(
-    speed: ModuleType, monkeypatch: pytest.MonkeyPatch, there: bool
-) -> None:
-    if there and importlib.util.find_spec("numba") is None:
-        leave_out("numba is not installed; one way is measured")
-    monkeypatch.setattr(speed, "has_numba", lambda: there)
-    monkeypatch.delenv(speed.COMPILED_FROM, raising=False)
-    graph, _ = manhattan(20, np.random.default_rng(0), closures=5)
-    asked = speed.our_sides(lambda: NormalEquations(graph).compiled, None)
-    ways = {side.name: side.run() for side in asked}
-    assert ways == ({"numpy": False, "compiled": True} if there else {"numpy": False})
-    assert speed.COMPILED_FROM not in os.environ
-    assert there or "not installed" in speed.kernels_figure()

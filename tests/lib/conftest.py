@@ -1,10 +1,7 @@
 """What every test of the library may ask for: both groups, three seeds, and GTSAM."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +14,13 @@ from tests.lib.worlds import GROUPS
 
 
 @pytest.fixture(params=GROUPS.values(), ids=GROUPS)
-def group(request: pytest.FixtureRequest):
+def group(request):
     """SE(2), then SE(3)."""
     return request.param
 
 
 @pytest.fixture(params=range(3))
-def seed(request: pytest.FixtureRequest) -> int:
+def seed(request):
     """Another seed each time; a test that needs more of them is parametrised itself."""
     return request.param
 
@@ -36,17 +33,17 @@ class Narrow:
 
     intp = int_ = np.int32
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name):
         return getattr(np, name)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _as_the_page_reads(tmp_path_factory: pytest.TempPathFactory):
+def _as_the_page_reads(tmp_path_factory):
     """Ask the page's Python, whose intp has 32 bits, about each file that a test has read."""
-    found: dict[bytes, None] = {}
+    found = {}
     decoded = reading.decoded
 
-    def noted(content: bytes) -> str:
+    def noted(content):
         found[content] = None
         return decoded(content)
 
@@ -62,7 +59,7 @@ def _as_the_page_reads(tmp_path_factory: pytest.TempPathFactory):
         page = importlib.import_module("page_graph")
         given = {"name": "file", "indefinite": "nearest", "unknown": "skip"}
 
-        def answers() -> Iterator[dict[str, object]]:
+        def answers():
             for content in found:
                 Path("file").write_bytes(content)
                 yield (answer := page.read(given, str))

@@ -214,6 +214,16 @@ def test_a_rival_of_comparable_evidence_is_named(claim):
     assert "would give another map of comparable evidence" in answer.summary()
 
 
+def test_an_option_that_is_gone_is_named_with_what_to_take():
+    graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], [np.eye(3)], [True])
+    for options, message in (
+        ({"quick": True}, "argument 'quick'; .* leave it out, or take rs.estimators.gnc"),
+        ({"seconds": 1.0}, "argument 'seconds'$"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            solve(graph, **options)
+
+
 def test_more_rejected_than_kept_is_told():
     graph, *_ = with_outliers(manhattan, 100, 0, 60, closures=40)
     assert "of 100 closures were rejected" in solve(graph).summary()

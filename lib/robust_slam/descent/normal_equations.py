@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.sparse.choice import use_compiled
 from robust_slam.descent.sparse.pattern import (
     BlockPattern,
     PoseFactors,
@@ -29,13 +28,11 @@ FULL_SHARE = 0.9
 class NormalEquations:
     """The linear step of a graph; the sparsity pattern is found when it is first needed.
 
-    Often it never is, because only the ``restricted`` equations are solved. They are solved by
-    ``compiled`` code, or as ``use_compiled`` says if None. Results agree up to rounding.
+    Often it never is, because only the ``restricted`` equations are solved.
     """
 
-    def __init__(self, graph: PoseGraph, compiled: bool | None = None) -> None:
+    def __init__(self, graph: PoseGraph) -> None:
         self.graph = graph
-        self.compiled = use_compiled(len(graph.edges)) if compiled is None else compiled
         self._restricted: tuple[Mask, NormalEquations] | None = None
         self._last: Residuals | None = None
 
@@ -43,7 +40,7 @@ class NormalEquations:
     def pattern(self) -> BlockPattern:
         """The sparsity pattern of all edges, with what factorises."""
         graph = self.graph
-        return find_pattern(graph.n, graph.edges, graph.group.DOF, compiled=self.compiled)
+        return find_pattern(graph.n, graph.edges, graph.group.DOF)
 
     def residuals(self, poses: Array) -> Residuals:
         """Return the residuals at ``poses``, ``(n, 3)`` or ``(n, 3, 4)``.
@@ -78,7 +75,7 @@ class NormalEquations:
         if used.sum() > FULL_SHARE * used.size:
             return self, weights
         if self._restricted is None or not _covers(self._restricted[0], used):
-            smaller = NormalEquations(pose_graph.select(self.graph, used), self.compiled)
+            smaller = NormalEquations(pose_graph.select(self.graph, used))
             self._restricted = used, smaller
         mask, smaller = self._restricted
         return smaller, weights[mask]

@@ -12,6 +12,7 @@ Source: the SLAM Handbook 2026, chapter 3, for the parts; their combination is d
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Never
 
 import numpy as np
 
@@ -45,6 +46,11 @@ _DOUBTFUL = 0.01
 """A map that chance explains with less than this probability is not taken without a look."""
 _SEARCH = 0.7
 """This share of the time at most is spent before the certificate."""
+_UNKNOWN = "solve() got an unexpected keyword argument '{}'"
+_GONE = {
+    "quick": "; one descent alone lost right closures: leave it out, or take "
+    "rs.estimators.gnc where a map without a search and a proof is enough"
+}
 
 
 def solve(
@@ -52,9 +58,9 @@ def solve(
     probability: float = 0.99,
     *,
     find_noise: bool = True,
-    quick: bool = False,
     progress: bool | Progress = False,
     max_seconds: float = MAX_SECONDS,
+    **others: Never,
 ) -> Answer:
     """Return the map of ``graph`` without its outliers, its certificate and its support.
 
@@ -70,7 +76,7 @@ def solve(
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
     others are left out. Where noise does not explain the map, another one is tried that gives the
-    odometry more noise. With ``quick`` True only the first descent is made.
+    odometry more noise.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
@@ -80,7 +86,7 @@ def solve(
     ``Answer.stop`` or as the ``stop`` of the certificate. Each stage takes at least one step.
 
     Raises:
-        TypeError: ``graph`` is not a pose graph.
+        TypeError: ``graph`` is not a pose graph, or there are ``others`` among the options.
         ValueError: ``probability`` is not inside (0, 1), or ``max_seconds`` is negative.
 
     Source: Geman and McClure 1985, Agarwal et al. 2013, Yang et al. 2020 and Mangelson et al.
@@ -95,6 +101,8 @@ def solve(
     ('certified', 0)
     """
     check_graph(graph)
+    for name in others:
+        raise TypeError(_UNKNOWN.format(name) + _GONE.get(name, ""))
     threshold = chi_square_threshold(probability, graph.group.DOF)
     deadline = Deadline.after(max_seconds)
     with stages(progress) as tell:
@@ -103,20 +111,17 @@ def solve(
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
-        search = Search(
-            graph, x0, trusted, threshold, find_noise, quick, tell, until, entropy, none
-        )
+        search = Search(graph, x0, trusted, threshold, find_noise, tell, until, entropy, none)
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
-        if not quick:
-            tell("slips of the odometry are looked for")
-            search, best = find_slips(search, best)
-            candidates.extend([best] if np.any(search.slips) else [])
+        tell("slips of the odometry are looked for")
+        search, best = find_slips(search, best)
+        candidates.extend([best] if np.any(search.slips) else [])
         best = search.refined(best)
         tell("a rival is looked for")
         judgement = judge_support(search, best, _DOUBTFUL)
         if judgement.misfit:
-            for other in () if quick else search.wider(best):
+            for other in search.wider(best):
                 candidates.append(best := other)
             judgement = judge_support(search, best)
         if until.passed:

@@ -109,6 +109,11 @@ class Answer:
         return self.best.stop
 
     @property
+    def late(self) -> bool:
+        """Whether the time limit ended the search or the proof."""
+        return self.stop is StopReason.TIME_LIMIT or self.certificate.stop is Stop.TIME_LIMIT
+
+    @property
     def rejected(self) -> Indices:
         """The edges that were not kept, ascending, slips among them."""
         return np.flatnonzero(~self.kept)
@@ -239,7 +244,7 @@ class Answer:
         return lines
 
     def _time_notes(self) -> list[str]:
-        if self.stop is StopReason.TIME_LIMIT or self.certificate.stop is Stop.TIME_LIMIT:
+        if self.late:
             return ["The time limit ended the computation: the map is the best one until then."]
         return []
 

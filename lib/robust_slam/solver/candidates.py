@@ -114,8 +114,7 @@ class Search:
     """What all candidates have in common.
 
     They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
-    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold,
-    and with ``quick`` there is one candidate alone.
+    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold.
     ``entropy`` is that of ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry
     that are given up. ``tell`` is told each descent, and after the
     ``deadline`` no other begins.
@@ -126,7 +125,6 @@ class Search:
     trusted: Mask
     threshold: float
     learns: bool
-    quick: bool
     tell: Progress
     deadline: Deadline
     entropy: float
@@ -138,10 +136,8 @@ class Search:
         Raises:
             Underdetermined: the trusted edges do not determine the map to working precision.
         """
-        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
-        joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
-        found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
-        if self.quick or self._clear(found[0]):
+        joined, found = self._joined, [self.first()]
+        if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
             if scale < _SCALES[1] and max(one.found.max() for one in found) > _MUCH_LESS:
@@ -161,6 +157,15 @@ class Search:
         if self._lost(max(found, key=evidence_of)) and not joined:
             found.extend(self._tried("PCM, GNC", np.ones(4)))
         return found
+
+    def first(self) -> Candidate:
+        """Return the first candidate.
+
+        Raises:
+            Underdetermined: as ``candidates``.
+        """
+        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
+        return self._settled("PCM, GNC" if self._joined else "DCS", np.ones(4))
 
     def wider(self, best: Candidate) -> Iterator[Candidate]:
         """Yield the map where odometry has more noise, if it is supported about as much.
@@ -206,6 +211,11 @@ class Search:
         none = np.zeros(int(left.sum()), dtype=np.bool_)
         alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False, slips=none)
         return next(alone._tried("DCS", np.ones(4)), None)
+
+    @property
+    def _joined(self) -> bool:
+        """Whether closures join sessions."""
+        return bool(np.any(self.trusted & ~self.graph.is_odometry))
 
     @property
     def _count(self) -> int:

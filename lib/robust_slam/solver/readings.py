@@ -57,7 +57,7 @@ def better_reading(
     or the closures, rotations of the other sense, as of a left-handed frame, and quaternions that
     begin with w. None means that
     no other reading rejects at most half as many closures, or that the given one rejects hardly
-    any. Each reading in which at least as many neighbouring closures agree takes a quick ``solve``
+    any. Each reading in which at least as many neighbouring closures agree takes a ``solve``
     of at most ``max_seconds`` of CPU time.
 
     >>> from robust_slam import graphs, solve
@@ -74,7 +74,7 @@ def better_reading(
     with stages(progress) as tell:
         for words, graph in _promising(answer.graph, answer.threshold):
             tell(f"the graph is read {words}")
-            other = solve(graph, quick=True, max_seconds=max_seconds)
+            other = solve(graph, max_seconds=max_seconds)
             found.append(Reading(words, graph, other))
     if not found:
         return None

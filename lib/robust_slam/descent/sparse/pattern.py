@@ -8,16 +8,13 @@ Source: Davis 2006, chapters 2 and 4, assembly and symbolic analysis.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.descent.sparse.choice import use_compiled
 from robust_slam.descent.sparse.elimination import Elimination, find_elimination, find_fronts
 from robust_slam.descent.sparse.multifrontal import Multifrontal
 from robust_slam.descent.sparse.simplicial import Simplicial
@@ -40,7 +37,7 @@ class Factors(Protocol):
 
 
 class Method(Protocol):
-    """A way to factorise: ``Simplicial``, ``Multifrontal`` or ``Compiled``."""
+    """A way to factorise: ``Simplicial`` or ``Multifrontal``."""
 
     def solve(self, blocks: Array, right: Array) -> Array | None:
         """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
@@ -157,49 +154,29 @@ def free_elimination(n: int, edges: Indices) -> Elimination:
 
 
 def find_pattern(
-    n: int,
-    edges: Indices,
-    block: int,
-    elimination: Elimination | None = None,
-    compiled: bool | None = None,
+    n: int, edges: Indices, block: int, elimination: Elimination | None = None
 ) -> BlockPattern:
     """Return the pattern of a connected graph of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``.
 
     ``block`` is the number of unknowns of a pose. ``elimination`` is that of
-    ``free_elimination``, which is computed if None. The factorisation is ``compiled``, or as
-    ``use_compiled`` says if None.
+    ``free_elimination``, which is computed if None.
     """
     _keep_freed_memory()
     elimination = elimination or free_elimination(n, edges)
-    chosen = use_compiled(len(edges)) if compiled is None else compiled
-    find = _compiled if chosen else _interpreted
-    order, method = find(n, block, elimination)
+    dense = elimination.multiplications * block**3 > DENSE * n
+    fronts = find_fronts(elimination, block) if dense else None
+    order = 1 + (elimination.order if fronts is None else fronts.order)
     position = np.full(n, -1, dtype=np.intp)
     position[order] = np.arange(n - 1)
     ends = position[edges]
     row, column, onto = _filled(ends, n - 1)
     flipped = ends[:, 0] < ends[:, 1]
-    return BlockPattern(n, block, order, row, column, onto, flipped, method(row, column))
-
-
-def _interpreted(
-    n: int, block: int, elimination: Elimination
-) -> tuple[Indices, Callable[[Indices, Indices], Method]]:
-    """Return an order of the poses, and what makes a method from rows and columns."""
-    if elimination.multiplications * block**3 <= DENSE * n:
-        return elimination.order + 1, partial(Simplicial, block, n - 1)
-    fronts = find_fronts(elimination, block)
-    return fronts.order + 1, partial(Multifrontal, block, fronts)
-
-
-def _compiled(
-    n: int, block: int, elimination: Elimination
-) -> tuple[Indices, Callable[[Indices, Indices], Method]]:
-    """Do as ``_interpreted`` with the compiled method."""
-    from robust_slam.descent.sparse.compiled import COSTS, Compiled
-
-    fronts = find_fronts(elimination, block, COSTS)
-    return fronts.order + 1, partial(Compiled, block, fronts)
+    method = (
+        Simplicial(block, n - 1, row, column)
+        if fronts is None
+        else Multifrontal(block, fronts, row, column)
+    )
+    return BlockPattern(n, block, order, row, column, onto, flipped, method)
 
 
 def _keep_freed_memory() -> None:

@@ -3,18 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from robust_slam.descent.sparse.choice import has_numba
 from robust_slam.descent.sparse.pattern import find_pattern
 
-from tests.conftest import leave_out
-
-METHODS = ("simplicial", "multifrontal", "compiled")
-
-
-def need_numba():
-    """Leave the test out where there is no compiler."""
-    if not has_numba():
-        leave_out("numba is not installed; nothing is compiled")
+METHODS = ("simplicial", "multifrontal")
 
 
 def random_edges(n, more, rng):
@@ -62,8 +53,6 @@ def pattern_by(method, n, edges, block, monkeypatch):
     """The pattern with one of the METHODS, whatever would be quicker."""
     limit = np.inf if method == "simplicial" else -1.0
     monkeypatch.setattr("robust_slam.descent.sparse.pattern.DENSE", limit)
-    if method == "compiled":
-        need_numba()
-    pattern = find_pattern(n, edges, block, compiled=method == "compiled")
+    pattern = find_pattern(n, edges, block)
     assert type(pattern.method).__name__.lower() == method
     return pattern

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from robust_slam.descent.sparse.pattern import find_pattern
@@ -61,7 +63,6 @@ def test_only_joined_poses_have_blocks_each_once(case, n, more, block):
 @sizes
 @pytest.mark.parametrize("columns", [(), (3,)])
 def test_the_solution_is_the_dense_one_and_zero_at_pose_0(case, n, more, block, columns):
-    """Long where Numba compiles the solver; the next run finds what this one has kept."""
     pattern, edges, blocks, rng = case(n, more, block)
     right = rng.normal(size=(n, block, *columns))
     x = pattern.factorise(summed(pattern, blocks)).solve(right)
@@ -121,6 +122,14 @@ def test_factors_are_their_own_or_are_stale(case, method):
             first.solve(right)
     else:
         np.testing.assert_array_equal(first.solve(right), x)
+
+
+def test_a_pattern_can_be_pickled_and_gives_the_same(case):
+    pattern, _, blocks, rng = case(20, 20, 3)
+    total, right = summed(pattern, blocks), rng.normal(size=(20, 3))
+    expected = pattern.solve(total, right)
+    again = pickle.loads(pickle.dumps(pattern)).solve(total, right)
+    np.testing.assert_array_equal(again, expected)
 
 
 def test_long_columns_get_fronts_and_short_ones_do_not():
