@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, finite, positive
+from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam._files import write_lines
 from robust_slam.graphs import quaternions, se2, se3
-from robust_slam.graphs.doubts import Content, doubts
+from robust_slam.graphs.doubts import Content, doubts, rolled
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.group import group_of
 from robust_slam.graphs.lines import (
@@ -232,7 +232,7 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     if closures is not None:
         graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
         repaired, skipped = closures.repaired + len(first), closures.skipped
-        notes = (*notes, *closures.notes, *_steps_again(closures))
+        notes = (*notes, *closures.notes, *closures.copied, *_steps_again(closures))
     ids = np.arange(graph.n, dtype=np.int64)
     content = Content(graph, ids, poses=poses, w_first=drive.w_first)
     return GraphFile(
@@ -253,15 +253,22 @@ def _steps_again(closures: Edges) -> tuple[str, ...]:
 
 def _in_plane(poses: Array) -> Array:
     """Return the poses ``(n, 3)`` of a drive that stays in the plane z = constant."""
-    tilted = np.abs(poses[:, 2, :2]).max(axis=1) > _ROUNDED
-    high = np.abs(poses[:, 2, 3] - poses[0, 2, 3]) > _ROUNDED
-    if np.any(tilted | high):
+    out = _out_of_plane(poses)
+    if np.any(out):
+        remedy = "give closures in space, EDGE_SE3:QUAT"
+        if not np.any(_out_of_plane(rolled(poses, -1))):
+            remedy = "if its quaternions begin with w, write qx qy qz qw"
         raise ValueError(
-            f"closures: they are in the plane, and pose {int(np.argmax(tilted | high))} of the "
-            "trajectory is not; give closures in space, EDGE_SE3:QUAT"
+            f"closures: they are in the plane, and pose {int(np.argmax(out))} of the trajectory "
+            f"is not; {remedy}"
         )
     heading = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
     return np.column_stack([poses[:, :2, 3], heading])
+
+
+def _out_of_plane(poses: Array) -> Mask:
+    high = np.abs(poses[:, 2, 3] - poses[0, 2, 3]) > _ROUNDED
+    return np.asarray(high | np.any(np.abs(poses[:, 2, :2]) > _ROUNDED, axis=1))
 
 
 def write_tum(

@@ -404,6 +404,9 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
     plane = put(tmp_path, "EDGE_SE2 0 2 1 1 0 1 0 0 1 0 1\n", "closures.g2o")
     with pytest.raises(ValueError, match="closures: they are in the plane, and pose 1 of the tra"):
         rs.read(bent, odometry=(0.1, 0.1), closures=plane)
+    turned = put(tmp_path, TUM.replace("0 0 0 1\n", "1 0 0 0\n").replace("0 0 1 1", "1 0 0 1"))
+    with pytest.raises(ValueError, match=r"pose 2 of the .* begin with w, write qx qy qz qw"):
+        rs.read(turned, odometry=(0.1, 0.1), closures=plane)
     for option in ({"odometry": (0.1, 0.1)}, {"closures": path}):
         with pytest.raises(ValueError, match=f"{next(iter(option))}: it is for a trajectory"):
             rs.read(plane, **option)
