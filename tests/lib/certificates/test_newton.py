@@ -19,11 +19,10 @@ from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import Noise, circle, sphere
-from robust_slam.graphs.laser import building
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.rotations import nearest_stiefel
 
-from tests.lib.worlds import measured, random_information, refused, shaken, walked
+from tests.lib.worlds import building, measured, random_information, refused, shaken, walked
 
 pytestmark = pytest.mark.long
 
