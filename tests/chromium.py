@@ -4,8 +4,6 @@ It is Chromium's headless shell, which draws the same pages with half of the CPU
 that fails has before it, and what its pages complained of, is kept in ``build/failed``.
 """
 
-from __future__ import annotations
-
 import functools
 import http.server
 import os

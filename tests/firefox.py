@@ -1,7 +1,5 @@
 """Firefox as the system has it, over WebDriver BiDi, which it speaks without a driver."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """A JupyterLab of a user who has nothing set up, and a page that shows it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

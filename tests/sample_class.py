@@ -5,8 +5,6 @@
 wrote, a line for each student.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping, Sequence

@@ -9,8 +9,6 @@ The two whose feedback it shows hand in attempts of their own, which are written
 and hold no line of a solution.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys

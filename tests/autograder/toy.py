@@ -1,7 +1,5 @@
 """A small assignment and submissions of it, made for the grader's own tests."""
 
-from __future__ import annotations
-
 import functools
 import json
 import tempfile

@@ -1,7 +1,5 @@
 """What a page says, and the numbers in it."""
 
-from __future__ import annotations
-
 import re
 from functools import cached_property
 from pathlib import Path

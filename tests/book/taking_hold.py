@@ -1,7 +1,5 @@
 """Takes hold of a live picture: drags its handles and moves its controls."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

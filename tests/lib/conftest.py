@@ -1,7 +1,5 @@
 """What every test of the library may ask for: both groups, three seeds, and GTSAM."""
 
-from __future__ import annotations
-
 import importlib.util
 
 import pytest
@@ -11,13 +9,13 @@ from tests.lib.worlds import GROUPS
 
 
 @pytest.fixture(params=GROUPS.values(), ids=GROUPS)
-def group(request: pytest.FixtureRequest):
+def group(request):
     """SE(2), then SE(3)."""
     return request.param
 
 
 @pytest.fixture(params=range(3))
-def seed(request: pytest.FixtureRequest) -> int:
+def seed(request):
     """Another seed each time; a test that needs more of them is parametrised itself."""
     return request.param
 

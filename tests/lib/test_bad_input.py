@@ -3,8 +3,6 @@
 The same table goes through the three doors: ``rs.load``, ``rs.solve`` and the command.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 import warnings

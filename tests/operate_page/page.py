@@ -7,8 +7,6 @@ also what a command prints. Remarks that the built page does not show stand righ
     % file: class/roster.csv
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

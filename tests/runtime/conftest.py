@@ -1,7 +1,5 @@
 """What `make runtime` made, and what tests of it need."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -21,7 +19,7 @@ def look_for_the_runtime() -> None:
 
 
 @pytest.fixture(scope="session")
-def made_runtime() -> None:
+def made_runtime():
     """The runtime is there."""
     look_for_the_runtime()
 

@@ -1,7 +1,5 @@
 """Messages written by hand: lengths that lie, extensions in each other, shapes that overflow."""
 
-from __future__ import annotations
-
 import struct
 
 import msgpack

@@ -1,7 +1,5 @@
 """A course of five submissions, of every fate, and how a batch grades it."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Grades all entries of a target in one batch, by the command line, and counts what is wrong."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

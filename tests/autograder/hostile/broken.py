@@ -1,7 +1,5 @@
 """Files that are no notebook, or hardly one: each is refused in one sentence, or costs its own."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

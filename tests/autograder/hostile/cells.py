@@ -15,8 +15,6 @@ and RIGHT the right one under another name; without ``<each>`` every function an
 FILE, OWNER and WITHHELD stand for what their names say. ``bare`` leaves out the prelude.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from copy import deepcopy

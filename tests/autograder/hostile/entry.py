@@ -1,7 +1,5 @@
 """One submission of the suite, as data: what it is called, what it tries, what it may earn."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """An assignment as an attacker sees it: the release, right answers, and one exercise to fake."""
 
-from __future__ import annotations
-
 import ast
 import json
 from copy import deepcopy

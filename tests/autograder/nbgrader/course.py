@@ -1,7 +1,5 @@
 """A small course for nbgrader: tests, a free-text answer and a task; and what it does with it."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """An assignment's archive: the same bytes each time, and a README that can be followed."""
 
-from __future__ import annotations
-
 import io
 import os
 import re
@@ -45,7 +43,7 @@ class Released:
 
 
 @pytest.fixture(scope="module")
-def released(tmp_path_factory: pytest.TempPathFactory) -> Released:
+def released(tmp_path_factory):
     """A course of two assignments, of which the second brings files of its own.
 
     It has a repository's address, from which nothing of an archive is installed.
@@ -62,7 +60,7 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Released:
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Path:
+def tree(tmp_path):
     """The source tree of a course of the test's own."""
     return world.make(tmp_path / "course")
 

@@ -1,7 +1,5 @@
 """Results and hostile texts for the tests of what students read."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from robust_slam_autograder.grading.explain import HERE

@@ -1,7 +1,5 @@
 """Other interpreters with the grader's packages, made of links to this one's files."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import site

@@ -1,7 +1,5 @@
 """The relaxation and its certificate: exact values, laws, and what they do not prove."""
 
-from __future__ import annotations
-
 import sys
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Cases in one dimension: kernels, locations, lines, chains, and the parts of the solvers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

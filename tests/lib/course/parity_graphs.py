@@ -1,7 +1,5 @@
 """Cases on pose graphs: descents, covariances, the loop, switches with priors, and fleets."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

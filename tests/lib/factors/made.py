@@ -1,7 +1,5 @@
 """A factor graph with every kind of factor, and the same in GTSAM."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam.factors import FactorGraph, Factors
 from robust_slam.graphs import gtsam_graph, se3, sphere

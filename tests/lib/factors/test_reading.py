@@ -1,7 +1,5 @@
 """Landmarks, priors and GPS of g2o files: what is read, and what is refused by file and line."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.factors import FactorGraphProblem, read_factors

@@ -1,7 +1,5 @@
 """The robust map of a factor graph: what it rejects, how it chooses, what it tells."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

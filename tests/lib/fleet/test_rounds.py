@@ -1,7 +1,5 @@
 """A fleet finds the map that a centre would find, and only the boundary crosses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
