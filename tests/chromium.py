@@ -129,7 +129,6 @@ def chromium() -> Iterator[tuple[BrowserType, str]]:
 
 @pytest.fixture(scope="session")
 def browser(chromium: tuple[BrowserType, str]) -> Iterator[Browser]:
-    """Chromium, as the system has it."""
     kind, path = chromium
     running = kind.launch(executable_path=path, args=list(CHROMIUM))
     yield running

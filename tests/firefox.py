@@ -48,7 +48,6 @@ class Firefox:
         return answer["result"]
 
     def goto(self, url: str) -> None:
-        """Open an address."""
         self._ask("browsingContext.navigate", context=self._tab, url=url, wait="complete")
 
     def evaluate(self, script: str) -> Any:

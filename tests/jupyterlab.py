@@ -102,7 +102,6 @@ def page_of(browser: Browser) -> Iterator[Page]:
 
 
 def write(cell: Locator, text: str) -> None:
-    """Replace the text of a cell."""
     cell.locator(".cm-content").click()
     cell.page.keyboard.press("Control+a")
     cell.page.keyboard.insert_text(text)
@@ -137,7 +136,6 @@ class Notebook:
         return found
 
     def save(self) -> list[dict[str, Any]]:
-        """Save, and give the cells."""
         with self.page.expect_response(
             lambda answer: answer.request.method == "PUT" and "/api/contents/" in answer.url
         ):

@@ -98,7 +98,6 @@ def _mark(item: Mapping[str, Any] | None) -> str:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write the class, or print its marks."""
     if arguments[0] == "write":
         release, out = map(Path, arguments[1:])
         print(f"sample class: {len(write(release, out))} submissions in {out}")

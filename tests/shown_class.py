@@ -192,7 +192,6 @@ def autograder(solutions: Path, *arguments: object) -> None:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write the class, or its pages."""
     {"write": write, "pages": pages}[arguments[0]](*map(Path, arguments[1:]))
 
 

@@ -29,8 +29,6 @@ pytestmark = pytest.mark.long
 
 REGION = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DOTALL)
 CANARY = "canary-4c7e"
-Lines = dict[str, set[str]]
-"""Of each file, by its path."""
 TELLING = 32
 """Shorter lines, and imports, stand in many a chapter by chance and tell nothing."""
 TELLING_OF_AN_ANSWER = 48
@@ -75,7 +73,6 @@ def secret_lines(name: str) -> frozenset[str]:
 
 
 def manual_lines() -> set[str]:
-    """Lines of the instructor's manual."""
     pages = (path.read_text("utf-8") for path in (answers.SOLUTIONS / "manual").glob("*.md"))
     lines = {line.strip() for page in pages for line in page.split("\n")}
     return {line for line in lines if len(line) >= TELLING_OF_AN_ANSWER}
@@ -212,12 +209,14 @@ def public(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def lines(public):
-    """The lines of each file of the public course."""
-    return {
-        path.relative_to(public).as_posix(): plain_lines(path, text)
-        for path, text in files_below(public)
-    }
+def files(public):
+    """The public course's files with their texts, read once: also what lies in archives."""
+    return list(files_below(public))
+
+
+@pytest.fixture(scope="module")
+def lines(public, files):
+    return {path.relative_to(public).as_posix(): plain_lines(path, text) for path, text in files}
 
 
 def known() -> Mapping[str, Sequence[str]]:
@@ -228,11 +227,10 @@ def known() -> Mapping[str, Sequence[str]]:
 class TestPublicCourse:
     """What ``make public`` writes, of a copy of this course in which all private is marked."""
 
-    def test_none_reaches_the_public_course(self, public):
+    def test_none_reaches_the_public_course(self, files):
         """The first one waits for a copy of the repository and the public course made of it."""
-        files = dict(files_below(public))
         assert len(files) > 250
-        assert not [path for path, text in files.items() if CANARY in text]
+        assert not [path for path, text in files if CANARY in text]
 
     def test_its_assignments_carry_the_packages_and_no_canary(self, public):
         for name in NAMES:
@@ -267,8 +265,8 @@ class TestPublicCourse:
             for folder in (name, f"{name}.zip/{name}"):
                 assert len(lines[f"assignments/{folder}/{name}.ipynb"]) > 100
 
-    def test_it_holds_no_region_and_no_hint_in_a_notebook(self, public):
-        notebooks = [(p, text) for p, text in files_below(public) if p.suffix == ".ipynb"]
+    def test_it_holds_no_region_and_no_hint_in_a_notebook(self, files):
+        notebooks = [(path, text) for path, text in files if path.suffix == ".ipynb"]
         assert len(notebooks) > 2 * len(NAMES)
         assert not marked(notebooks)
 
@@ -300,18 +298,16 @@ class TestPublicCourse:
         assert "Keep this repository private" not in readme and "make public" not in readme
         assert "solutions/" not in readme
 
-    def test_every_make_target_that_its_texts_name_is_there(self, public):
-        makefile = (public / "Makefile").read_text(encoding="utf-8")
+    def test_every_make_target_that_its_texts_name_is_there(self, public, lines):
         named: dict[str, set[str]] = {}
-        for path, text in files_below(public):
-            is_text = path.suffix in (".md", ".ipynb", ".txt") and "tests" not in path.parts
-            if is_text and path.name != "operate.md":  # it is about the private repository
-                lines = "\n".join(plain_lines(path, text))
-                for target in re.findall(r"(?:^|`)make ([a-z]+)", lines, re.M):
-                    named.setdefault(target, set()).add(path.relative_to(public).as_posix())
+        for name, held in lines.items():
+            is_text = name.endswith((".md", ".ipynb", ".txt")) and not name.startswith("tests/")
+            if is_text and not name.endswith("operate.md"):  # it is about the private repository
+                for target in re.findall(r"(?:^|`)make ([a-z]+)", "\n".join(held), re.M):
+                    named.setdefault(target, set()).add(name)
         assert set(named) >= {"book", "test", "lab"}
-        there = set(re.findall(r"(?m)^([a-z]+):", makefile))
-        assert not {target: paths for target, paths in named.items() if target not in there}
+        there = set(re.findall(r"(?m)^([a-z]+):", (public / "Makefile").read_text("utf-8")))
+        assert not {target: names for target, names in named.items() if target not in there}
 
     def test_every_path_that_its_readmes_name_is_there(self, public):
         """Links and tables; build/ is made, and a solution tree is what graders bring."""
@@ -323,9 +319,9 @@ class TestPublicCourse:
         assert len(rows) > 4
         assert not [row for row in rows if row != "build/" and not (public / row).exists()]
 
-    def test_all_is_installed_from_the_one_address(self, public):
+    def test_all_is_installed_from_the_one_address(self, public, files):
         folders = (public / "chapters", public / "assignments")
-        texts = [text for folder in folders for _, text in files_below(folder)]
+        texts = [text for path, text in files if any(map(path.is_relative_to, folders))]
         named = {found for text in texts for found in re.findall(r"git\+([^@\s]*)@", text)}
         assert named == {ADDRESS}
 

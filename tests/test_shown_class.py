@@ -49,7 +49,6 @@ def made(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pages(made):
-    """The pages by their paths."""
     found = sorted((made / "pages").rglob("*.*"))
     return {str(path.relative_to(made / "pages")): path.read_text("utf-8") for path in found}
 

@@ -11,7 +11,6 @@ TEXT = README.read_text(encoding="utf-8")
 
 
 def declared() -> set[str]:
-    """The commands' names."""
     commands = argparse.ArgumentParser().add_subparsers()
     declare(commands)
     return set(commands.choices)

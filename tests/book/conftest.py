@@ -24,7 +24,6 @@ WAYS = ("http", "file")
 
 @pytest.fixture(scope="session")
 def site():
-    """The book, built here."""
     return built()
 
 

@@ -164,7 +164,6 @@ def of_kind(browser: Browser, inside: str) -> Cell:
     scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.soak)]
 )
 def visit(request, server, tmp_path_factory):
-    """A chapter, open in a browser."""
     address = f"{server[0]}/{CHAPTER}.html"
     server[1].files.clear()
     if request.param == "firefox":

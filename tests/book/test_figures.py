@@ -97,8 +97,6 @@ class TestPage(test_pages.EveryPage):
 
 @pytest.mark.rest
 class TestFigures:
-    """What holds for the figures of every page."""
-
     def test_each_is_an_image_with_words_a_number_and_a_caption(self, visit, read):
         figures = read(WIDE)
         assert figures or not any(page in visit.page.url for page in CHAPTERS)

@@ -26,21 +26,17 @@ NOT_DRAWN = {"\ufe00"}
 
 
 def trees(site: Site, page: str) -> list[etree.Element]:
-    """The formulas of a page."""
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
     return [etree.fromstring(formula) for formula in MATHML.findall(html)]
 
 
 @cache
 def held(font: bytes) -> set[str]:
-    """The signs of a font."""
     return set(map(chr, TTFont(io.BytesIO(font)).getBestCmap()))
 
 
 @pytest.mark.parametrize("page", PAGES)
 class TestPage:
-    """What holds for the formulas of every page."""
-
     def test_no_formula_is_left_in_tex(self, page, site):
         html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
         article = html[html.index("<article") : html.index("</article>")]
@@ -95,7 +91,6 @@ def test_punctuation_stays_with_a_formula_in_a_line(before, after, kept):
 
 @pytest.fixture(scope="module")
 def page(browser, site):
-    """A page without scripts."""
     with page_in(browser, java_script_enabled=False) as page:
         page.goto((site.folder / "chapters/03-irls.html").as_uri())
         yield page

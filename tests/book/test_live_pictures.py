@@ -295,8 +295,6 @@ class TestTown:
 
 
 class TestAlone:
-    """Pictures on a page of their own."""
-
     def test_nothing_complains_while_each_setting_goes_from_end_to_end(self, browser):
         with visiting(browser, "about:blank") as visit:
             visit.page.set_content(majoriser().static_html())

@@ -75,8 +75,6 @@ def visit(request, address, browser):
 @pytest.mark.browser
 @pytest.mark.rest
 class TestVisit:
-    """What holds for a page that a server sends."""
-
     def test_it_asks_for_little(self, visit, site):
         asked = visit[1]
         assert len(asked) <= REQUESTS
@@ -175,8 +173,6 @@ def test_the_style_has_the_icons_of_the_pages_alone(site):
 
 
 class TestFonts:
-    """The fonts that the style sheet carries."""
-
     def test_they_are_light(self, carried):
         assert len(carried) == len(fonts.FACES)
         assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000

@@ -79,7 +79,7 @@ def test_no_number_that_a_cell_inserts_begins_a_line(page):
     ],
     ids=["numbers", "two columns", "formula above"],
 )
-def test_tables_that_are_not_wide_stay_as_they_are(self, heads, cells):
+def test_other_tables_stay_as_they_are(heads, cells):
     page = table(heads, cells)
     assert not page.select(".rs-cards, [role], [data-label]")
 

@@ -38,7 +38,6 @@ from tests.firefox import firefox
 SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PAGE = "chapters/your-graph"
 Ask = Callable[..., Any]
-Edit = Callable[[list[str]], list[str]]
 
 
 @pytest.fixture
@@ -206,7 +205,6 @@ SHIFTS = """() => new Promise((opened) => {
 
 
 def saved(page: Page, name: str, folder: Path) -> Path:
-    """What a button saves."""
     with page.expect_download() as download:
         page.get_by_role("button", name=name).click()
     path = folder / download.value.suggested_filename

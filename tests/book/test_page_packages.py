@@ -77,7 +77,6 @@ def shelf(files, tmp_path, monkeypatch):
 
 
 def in_place(folder: Path) -> set[str]:
-    """The files there, but for what Python compiles."""
     found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     return {path.as_posix() for path in found if path.suffix != ".pyc"}
 

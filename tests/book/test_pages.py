@@ -101,8 +101,6 @@ def visit(request, site, browser):
 
 
 class EveryPage:
-    """What holds for every page."""
-
     def test_nothing_fails_and_nothing_asks_for_the_network(self, visit):
         assert visit.complaints == []
         assert visit.outside == []

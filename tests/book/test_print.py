@@ -31,7 +31,6 @@ COUNT = """([html, kinds]) => {
 
 
 def counted(page: Page, html: str, below: str) -> list[int]:
-    """How many there are of each kind."""
     kinds = [f"{below} {kind}" for kind in KINDS]
     found: list[int] = page.evaluate(COUNT, [DRAWN.sub(r"\1", html), kinds])
     return found

@@ -23,7 +23,6 @@ WITHOUT_DOI = {
 
 
 def texts() -> Iterator[tuple[str, str]]:
-    """The name and the text of each page."""
     for path in sorted([*CHAPTERS.glob("*.md"), *CHAPTERS.glob("*.ipynb")]):
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".ipynb":

@@ -73,13 +73,11 @@ def stored(name: str) -> dict[str, Output]:
 
 
 def output(cell: nbformat.NotebookNode) -> Output:
-    """What a cell of an executed notebook holds."""
     printed = "".join(each.text for each in cell.outputs if each.output_type == "stream")
     return Output(printed, tuple(best(each.data) for each in cell.outputs if "data" in each))
 
 
 def compare(there: Output, here: Output) -> list[str]:
-    """In what a cell differs from the book's."""
     kinds = [[kind for kind, _ in each.shown] for each in (there, here)]
     if kinds[0] != kinds[1]:
         return [f"shows {kinds[1]}, not {kinds[0]}"]

@@ -27,8 +27,6 @@ def test_a_word_of_the_chapters_is_found(way, site, address, open_page):
 @pytest.mark.browser
 @pytest.mark.rest
 class TestOverTheNetwork:
-    """Pages that a server sends."""
-
     def test_a_result_leads_to_its_section_and_shows_text(self, address, open_page):
         page = open_page(f"{address}/search.html?q=leverage").page
         section = page.locator("#search-results ul ul li").first

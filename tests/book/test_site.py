@@ -44,7 +44,6 @@ class Reader(HTMLParser):
 
 @pytest.fixture(scope="module")
 def pages(site):
-    """Every page of the site, read."""
     found = [path for path in site.folder.rglob("*.html") if "_static" not in path.parts]
     return {path: Reader(path.read_text(encoding="utf-8")) for path in sorted(found)}
 
@@ -70,7 +69,6 @@ def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(monkeypatch):
 
 @pytest.fixture(scope="module")
 def version():
-    """The version of the library that students install."""
     return wheels.version(ROOT, "lib")
 
 

@@ -93,7 +93,6 @@ def decisions():
 
 @pytest.fixture
 def judged(ax):
-    """The axes on which the map of decisions is drawn."""
     graph, wrong, truth, kept, _ = decisions()
     return draw_map(graph, truth, ax, is_outlier=wrong, kept=kept)
 

@@ -25,8 +25,6 @@ _FILE = re.compile(r"% file: (?P<name>\S+)")
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block."""
-
     line: int
     """Where it begins, counted from 1."""
     kind: str
@@ -55,7 +53,6 @@ Step = Command | File
 
 
 def blocks(text: str) -> list[Block]:
-    """Every fenced block, in order."""
     return [
         Block(
             text.count("\n", 0, match.start("kind")) + 1,
@@ -118,5 +115,4 @@ def unknown_remarks(block: Block) -> list[str]:
 
 
 def source(path: Path = PAGE) -> str:
-    """The page."""
     return path.read_text(encoding="utf-8")

@@ -20,7 +20,6 @@ def look_for_the_runtime() -> None:
 
 @pytest.fixture(scope="session")
 def made_runtime():
-    """The runtime is there."""
     look_for_the_runtime()
 
 

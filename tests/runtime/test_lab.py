@@ -73,7 +73,6 @@ class Lab:
         self.number = {grade_id: number for number, grade_id in enumerate(ids) if grade_id}
 
     def wait_for_python(self) -> None:
-        """Wait until the kernel has started."""
         self.page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
         self.page.locator(IDLE).wait_for(state="attached")
 
@@ -105,7 +104,6 @@ class Lab:
         self.page.locator(".lm-TabBar-tab.jp-mod-current:not(.jp-mod-dirty)").wait_for()
 
     def download(self, folder: Path) -> Path:
-        """Choose File › Download, and give the file."""
         self.page.locator(".lm-MenuBar-item", has_text="File").click()
         with self.page.expect_download() as waiting:
             self.page.locator(".lm-Menu-itemLabel", has_text="Download").first.click()

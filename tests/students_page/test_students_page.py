@@ -39,7 +39,6 @@ def total_cost(x, i, j, z, sigma):
 
 @pytest.fixture(scope="module")
 def zips(tmp_path_factory):
-    """Two assignments as students get them."""
     folder = tmp_path_factory.mktemp("release")
     release(answers.SOLUTIONS, [FIRST, SECOND], folder)
     return folder

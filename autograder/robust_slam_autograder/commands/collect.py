@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -66,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
         except ValueError as error:
             left[one.entry] = str(error)
     listed = {roster.key(row.cells[match]) for row in students} - {""}
-    _tell(taken, left, listed, options)
+    _tell(taken, left, listed, options.submitted)
     return 1 if left else 0
 
 
@@ -102,12 +101,7 @@ def _write(path: Path, data: bytes, time: datetime) -> None:
         os.replace(part, path)
 
 
-def _tell(
-    taken: Sequence[Notebook],
-    left: Mapping[str, str],
-    listed: set[str],
-    options: argparse.Namespace,
-) -> None:
+def _tell(taken: list[Notebook], left: dict[str, str], listed: set[str], into: Path) -> None:
     for entry, why in left.items():
         print(f"left out: {log_line(entry)} {one_line(why)}", file=sys.stderr)
     for name in dict.fromkeys(one.assignment for one in taken):
@@ -124,4 +118,4 @@ def _tell(
                 names = ", ".join(map(one_line, sorted(who)))
                 print(f"{said.format(len(who), name)} ({names})")
     people = len({one.student for one in taken})
-    print(f"{len(taken)} notebooks of {people} students are in {options.submitted}.")
+    print(f"{len(taken)} notebooks of {people} students are in {into}.")

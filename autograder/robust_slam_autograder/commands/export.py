@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
         functools.partial(matched.cell, zero=options.missing_as_zero),
     )
     durable.write(to, as_csv(system.table(people, values)), mode=_PRIVATE)
-    _tell(rules, matched, values, options)
+    _tell(rules, matched, values, zero=options.missing_as_zero)
     marked = {*matched.owners.values()} & {one for c in ledger.columns for one in c.marks}
     print(
         f"{len(marked)} of {len(students)} students have marks, matched by "
@@ -111,9 +111,7 @@ def _places(
     return {name: place for place, name in taken.items()}
 
 
-def _tell(
-    rules: Rules | None, matched: Matching, values: Values, options: argparse.Namespace
-) -> None:
+def _tell(rules: Rules | None, matched: Matching, values: Values, *, zero: bool) -> None:
     columns = values.columns
     every = (mark for column in columns for mark in column.marks.values())
     if rules is not None or any(mark.before != mark.after for mark in every):
@@ -123,5 +121,5 @@ def _tell(
         print(
             f"new columns, because the roster has none for them: {', '.join(new)}", file=sys.stderr
         )
-    for line in exported.remarks(matched, rules=rules, zero=options.missing_as_zero):
+    for line in exported.remarks(matched, rules=rules, zero=zero):
         print(line, file=sys.stderr)

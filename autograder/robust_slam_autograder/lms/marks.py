@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ from robust_slam_autograder.reading.assignment import Assignment
 
 if TYPE_CHECKING:
     from robust_slam_autograder.nbgrader.database import Location
-    from robust_slam_autograder.nbgrader.totals import Total
+    from robust_slam_autograder.nbgrader.totals import Total, Totals
 
 TOLERANCE = 1e-6
 """Points between a sum here and the same sum in the gradebook."""
@@ -101,7 +101,7 @@ def read(
         known = {name: one for name, one in recorded.students.items() if name not in broken}
         if known:
             tests = assignments.load(assignments.notebook_path(tree / name))
-            columns.append(_column(tests, recorded.max_score, known, rules, submitted))
+            columns.append(_column(tests, replace(recorded, students=known), rules, submitted))
         elif name in names:
             raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")
     return Ledger(tuple(columns), tuple(failed))
@@ -126,35 +126,29 @@ def _failed(out: Path, name: str, recorded: Mapping[str, Total]) -> list[str]:
     return failed
 
 
-def _column(
-    assignment: Assignment,
-    max_score: float,
-    recorded: Mapping[str, Total],
-    rules: Rules | None,
-    submitted: Path,
-) -> Column:
+def _column(tests: Assignment, known: Totals, rules: Rules | None, submitted: Path) -> Column:
     """Return an assignment's marks, after the late policy where there is one."""
     marks: dict[str, Mark] = {}
     undated: dict[str, str] = {}
-    for student, total in recorded.items():
+    for student, total in known.students.items():
         at, over, off = None, timedelta(), total.penalty
         if rules is not None:
             if total.penalty:
                 raise WrongUse(
                     f"nbgrader's own late policy has taken {off:g} points off {student}/"
-                    f"{assignment.name}: export without --late, or take it out of nbgrader."
+                    f"{tests.name}: export without --late, or take it out of nbgrader."
                 )
             try:
-                at = late.handed_in(submitted / student / assignment.name, assignment.notebook)
+                at = late.handed_in(submitted / student / tests.name, tests.notebook)
             except Undated as error:
                 undated[student] = str(error)
                 continue
-            due = rules.due_for(assignment.name, student)
+            due = rules.due_for(tests.name, student)
             over = max(over, at.at - due) if due is not None else over
-            off = rules.policy.penalty(over, max_score)
+            off = rules.policy.penalty(over, known.max_score)
         points = total.score, max(0.0, total.score - off)
         before, after = (tidy(round(each, DIGITS)) for each in points)
         marks[student] = Mark(before, after, total.waits, at, over)
     if undated and not marks:
         raise WrongUse(next(iter(undated.values())))
-    return Column(assignment.name, assignment.config.title, tidy(max_score), marks, undated)
+    return Column(tests.name, tests.config.title, tidy(known.max_score), marks, undated)

@@ -263,11 +263,10 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
     solutions = tuple(
         Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
     )
-    known = {solution.grade_id for solution in solutions}
-    known |= {name for solution in solutions for name in solution.names}
+    known = {each for one in solutions for each in (one.grade_id, *one.names)}
     tests = [cell for cell in code if cell.grade and not cell.solution]
     if not tests:
-        raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
+        raise WrongUse(f"{name} holds no test cell: mark its tests as nbgrader has them.")
     cases = tuple(_case(cell, known) for cell in tests)
     plain = [cell for cell in code if not cell.solution and not cell.grade]
     given = ["", *(cell.source for cell in plain), *(case.visible for case in cases)]

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 
 CELL_MAGICS_THAT_RUN = frozenset({"time", "timeit", "capture", "prun"})
 _CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*\n?")
-_MAKES = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+_MAKES = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Import | ast.ImportFrom
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 
@@ -188,7 +188,7 @@ def _changed_by(node: ast.AST, variables: set[str]) -> set[str]:
 
     A method may change a variable; of a module (``plt.plot``) it changes nothing here.
     """
-    if isinstance(node, _MAKES | ast.Import | ast.ImportFrom):
+    if isinstance(node, _MAKES):
         return set(_bound_by(node))
     parts = list(ast.iter_child_nodes(node))
     found: set[str] = set()

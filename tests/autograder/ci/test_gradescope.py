@@ -7,7 +7,7 @@ import subprocess
 import sysconfig
 import tempfile
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -116,9 +116,6 @@ def container(archive, request):
         shutil.rmtree(site)
         site.symlink_to(sysconfig.get_path("purelib"))
     return root
-
-
-Submit = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture

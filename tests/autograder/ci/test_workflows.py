@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +61,6 @@ def complaints(linter: Path, paths: list[Path]) -> list[str]:
         for one in json.loads(done.stdout)
         if not one["message"].startswith(NEWER)
     ]
-
-
-Init = Callable[..., Path]
 
 
 def write(tree: Path, target: str, out: Path, *more: str) -> Path:
@@ -272,7 +268,6 @@ def test_marks_leave_the_machine_encrypted_and_without_a_name(private, grader, w
 
 
 def key(path: Path, grader: Runner) -> None:
-    """Make a key pair, and write its public half."""
     if shutil.which("gpg") is None:
         leave_out("gpg is not installed; marks cannot be encrypted")
     environment = {**grader.environment(), "GNUPGHOME": str(grader.home)}

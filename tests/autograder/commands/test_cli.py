@@ -27,7 +27,6 @@ def in_the_course(course, monkeypatch):
 
 @pytest.fixture
 def grade(autograder, monkeypatch):
-    """Grade paths without a gradebook."""
     monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     where = ("--out", "out", *toy.quickly(), "--seed", 1)
     return lambda *arguments: autograder("grade", *where, *arguments)

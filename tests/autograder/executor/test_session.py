@@ -6,7 +6,6 @@ from collections.abc import Callable
 import pytest
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor.session import (
-    Session,
     SessionFault,
     StudentError,
     student_error,
@@ -19,7 +18,6 @@ from tests.autograder.killing import wait_for
 from tests.autograder.sessions import started
 
 QUICK = Limits(call_seconds=0.3, cell_seconds=10, notebook_seconds=20)
-Begin = Callable[..., Session]
 
 
 @pytest.fixture

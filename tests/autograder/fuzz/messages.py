@@ -22,7 +22,6 @@ CLAIMS = st.just(0) | st.sampled_from([-1, 1, 2, 15, 255, 65_535, 2**20, 2**31, 
 
 
 def extension(code: int, body: bytes) -> bytes:
-    """An extension of this code."""
     return struct.pack(">BIb", 0xC9, len(body), code) + body
 
 

@@ -36,7 +36,6 @@ assert rng.random() < 0.5
 
 @pytest.fixture
 def course(tmp_path):
-    """A course of the test's own."""
     return make_course(tmp_path)
 
 
@@ -223,7 +222,6 @@ class Failing:
         self.how = how
 
     def start(self, launch: object) -> Any:
-        """Fail as asked."""
         if self.how == "exit":
             os._exit(7)
         if self.how == "hang":

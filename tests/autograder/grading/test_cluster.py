@@ -54,7 +54,6 @@ class Machines:
         self.address = json.loads(self._file.read_text())["address"]
 
     def worker(self, *options: str) -> subprocess.Popen[bytes]:
-        """Start one."""
         where = ["--scheduler-file", str(self._file), "--local-directory", str(self.folder)]
         return self._start("worker", *where, "--nthreads", "1", *options)
 
@@ -74,7 +73,6 @@ class Machines:
 
 @pytest.fixture
 def machines(tmp_path):
-    """A scheduler of the test's own."""
     (tmp_path / "dask").mkdir()
     started = Machines(tmp_path / "dask")
     yield started
@@ -92,7 +90,6 @@ def two(tmp_path_factory):
 
 
 def client_of(machines: Machines) -> Client:
-    """A client of the test's own."""
     return Client(machines.address, set_as_default=False)
 
 
@@ -105,7 +102,6 @@ def connected(machines: Machines, workers: int) -> Iterator[Cluster]:
 
 
 def grade(course: Path, workers: Cluster, **options: Any) -> list[Graded]:
-    """Grade a course on a cluster, all at once."""
     most = len(options.get("given") or jobs(course))
     there = functools.partial(remote.grade, workers)
     return grade_here(course, workers=most, graders=there, **options)

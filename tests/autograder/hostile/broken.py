@@ -33,7 +33,6 @@ def _with_cell(name: str, kind: str = "types", **fields: object) -> Entry:
 def _wrong(
     name: str, kind: str, change: Callable[[dict[str, Any]], object], *, spills: bool = False
 ) -> Entry:
-    """A wrong answer with a change to every cell."""
     return changed(name, f"broken: {kind}", "wrong", each(change), spills=spills)
 
 

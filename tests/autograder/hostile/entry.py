@@ -36,8 +36,6 @@ Write = Callable[[Target, Place], None]
 
 @dataclass(frozen=True)
 class Entry:
-    """One submission."""
-
     name: str
     """Also its student."""
     kind: str
@@ -58,6 +56,5 @@ def hand_in(notebook: Notebook, target: Target, place: Place) -> None:
 
 
 def put(data: bytes, target: Target, place: Place) -> None:
-    """Write bytes where the notebook belongs."""
     place.folder.mkdir(parents=True, exist_ok=True)
     (place.folder / target.file).write_bytes(data)

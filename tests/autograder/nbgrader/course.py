@@ -33,7 +33,6 @@ RELEASED_WHY = "Why twice?\nYOUR ANSWER HERE"
 
 
 def text_cell(source: str, grade_id: str, **fields: Any) -> dict[str, Any]:
-    """A Markdown cell with nbgrader's metadata."""
     made = toy.cell(source, grade_id, **fields)
     return {key: made[key] for key in ("id", "metadata", "source")} | {"cell_type": "markdown"}
 

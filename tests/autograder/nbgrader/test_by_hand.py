@@ -39,19 +39,16 @@ def once(tmp_path_factory):
 
 @pytest.fixture
 def graded(once, tmp_path, monkeypatch):
-    """The class, graded, in a folder of the test's own."""
     monkeypatch.chdir(tmp_path)
     return Path(shutil.copytree(once, tmp_path, dirs_exist_ok=True))
 
 
 @pytest.fixture
 def mark(graded, autograder):
-    """Mark one of Ada's exercises."""
     return lambda *arguments: autograder("mark", "ada", toy.NAME, *arguments)
 
 
 def api(course: Path) -> NbGraderAPI:
-    """What formgrader asks."""
     read_warily()
     config = nbgrader_settings(str(course))
     return NbGraderAPI(CourseDirectory(config=config), config=config)

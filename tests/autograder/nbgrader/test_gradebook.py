@@ -33,7 +33,6 @@ def empty(tmp_path_factory):
 
 @pytest.fixture
 def database(empty, tmp_path):
-    """A gradebook of the test's own."""
     return Path(shutil.copy(empty, tmp_path / "gradebook.db"))
 
 

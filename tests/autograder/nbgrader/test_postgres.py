@@ -37,7 +37,6 @@ NUMBERS = itertools.count()
 
 @pytest.fixture(scope="module")
 def server():
-    """A server of this module's own."""
     if postgresql.programs() is None:
         leave_out("PostgreSQL is not installed: apt install postgresql")
     with postgresql.running() as started:

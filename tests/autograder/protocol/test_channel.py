@@ -45,10 +45,6 @@ class Pair:
         os.close(self.ends.pop(1))
 
 
-Make = Callable[..., Pair]
-"""Makes a pair from the functions that the other end offers."""
-
-
 @pytest.fixture
 def pair():
     made: list[Pair] = []

@@ -25,7 +25,6 @@ WHEEL = r"packages/(the_grader|toy_library)-1\.0\+d[0-9a-f]{10}-py3-none-any\.wh
 
 
 def archive_of(out: Path, name: str = toy.NAME) -> dict[str, bytes]:
-    """What an assignment's archive holds."""
     with zipfile.ZipFile(out / f"{name}.zip") as archive:
         return {each.removeprefix(f"{name}/"): archive.read(each) for each in archive.namelist()}
 
@@ -61,7 +60,6 @@ def released(tmp_path_factory):
 
 @pytest.fixture
 def tree(tmp_path):
-    """The source tree of a course of the test's own."""
     return world.make(tmp_path / "course")
 
 

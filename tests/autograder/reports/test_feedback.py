@@ -239,7 +239,6 @@ class TestCommand:
 
     @pytest.fixture
     def graded(self, once, tmp_path):
-        """A copy of the test's own."""
         return Path(shutil.copytree(once, tmp_path, dirs_exist_ok=True))
 
     @pytest.fixture

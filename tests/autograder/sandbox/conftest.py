@@ -8,5 +8,4 @@ from tests.conftest import working
 
 @pytest.fixture(scope="module", params=walls())
 def wall(request):
-    """Every back end, working."""
     return working(request.param)

@@ -22,7 +22,6 @@ pytestmark = pytest.mark.sandbox
 
 @pytest.fixture(scope="module")
 def wall():
-    """A fork server of these tests' own."""
     working("fork")
     return Fork()
 

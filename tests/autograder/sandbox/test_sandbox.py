@@ -167,7 +167,6 @@ WRITABLE = ("/", "/usr", "/etc", "/dev", "/proc", "/tmp", "/dev/shm", str(ROOT),
 
 @pytest.fixture(scope="module")
 def facts(wall):
-    """What one probe saw."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("COURSE_TOKEN", TOKEN)
         patch.setenv("ROBUST_SLAM_SEED", "31415926")

@@ -207,7 +207,6 @@ def _readings(rng: np.random.Generator) -> tuple[np.ndarray, float]:
 
 
 def location_case(z: Any, sigma: float, method: dict[str, Any], limit: int) -> Case:
-    """The case of a method on readings."""
     given = {"kind": "location", "z": z, "sigma": sigma}
     return loop_case(given, LocationProblem(z, sigma), method, limit)
 

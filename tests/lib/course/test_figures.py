@@ -46,7 +46,6 @@ def panels(rows: int = 2, columns: int = 2, **more: object) -> Figure:
 
 
 def drawings(figure: Figure) -> tuple[ET.Element, ET.Element]:
-    """Return the two drawings of the figure."""
     wide, narrow = ET.fromstring(page_html(figure))
     assert (wide.get("class"), narrow.get("class")) == ("rs-wide", "rs-narrow")
     return wide, narrow
@@ -135,8 +134,6 @@ def test_the_figure_stays_as_it_is_and_no_other_is_left_open():
 
 
 class TestNarrow:
-    """What stands on a phone."""
-
     def test_panels_stand_one_below_the_other_in_their_order(self):
         narrow = narrowed(panels())
         narrow.draw_without_rendering()

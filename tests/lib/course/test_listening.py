@@ -96,7 +96,6 @@ def towns():
 
 @pytest.fixture(scope="module")
 def page(towns, browser, tmp_path_factory):
-    """All towns on one page."""
     path: Path = tmp_path_factory.mktemp("towns") / "page.html"
     shown = "".join(picture.static_html() for picture in towns)
     path.write_text(f'<!doctype html><meta charset="utf-8">{shown}', "utf-8")

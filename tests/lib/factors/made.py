@@ -121,7 +121,6 @@ class Twin:
         return values
 
     def map(self, values):
-        """The map of GTSAM's values."""
         group, n = self.graph.group, self.graph.n
         poses = gtsam_graph.poses_from_gtsam(values, self.graph.relative)
         at = values.atPoint2 if self.plane else values.atPoint3

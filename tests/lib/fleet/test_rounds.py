@@ -22,7 +22,6 @@ SIZES = {2: 60, 3: 40, 4: 30}
 
 
 def crossing(graph, labels):
-    """Which edges lead from one robot to another."""
     return labels[graph.edges[:, 0]] != labels[graph.edges[:, 1]]
 
 
