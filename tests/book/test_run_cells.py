@@ -31,7 +31,7 @@ OTHER_TEXT = {
     f"{chapter}-{cell}": GRAPH
     for chapter, cells in {
         "03-irls/intel": ("load", "what", "maps", "read", "start", "start-read"),
-        "08-showcase/larger": ("read",),
+        "what-the-measurements-support/larger": ("read",),
         "08-showcase/public": ("load", "what", "run", "why-read", "why", "read"),
     }.items()
     for cell in cells
