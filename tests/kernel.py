@@ -4,8 +4,6 @@ A back end that the kernel supports and that does not work is a fault, and fails
 where the kernel lacks something are they left out.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil

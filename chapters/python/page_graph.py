@@ -20,7 +20,7 @@ import robust_slam as rs
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.descent import start
 from robust_slam.estimators import irls, kernels
-from robust_slam.graphs import PoseGraph, add_random_closures, files, g2o, manhattan, sphere
+from robust_slam.graphs import PoseGraph, add_random_closures, g2o, manhattan, sphere
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import relative_poses, residual_norms, residuals_of
@@ -47,7 +47,7 @@ HERE = (
     (r'with unknown="skip"', "under Options"),
     (r'read with indefinite="nearest" or "isotropic"', "choose what to take under Options"),
     (r"odometry=\(0.05, 0.01\) in m and rad", "0.05 m and 0.01 rad, under Options"),
-    (r"--closure (\S+), or False in is_odometry", r"write \1 under Options"),
+    (r"--closure (\S+), or False in is_odometry \(entry \d+\)", r"write \1 under Options"),
 )
 """Remedies of the library as the page has them."""
 
@@ -96,7 +96,7 @@ def read(given: Given, tell: Tell) -> dict[str, Any]:
     return {
         "name": str(path),
         "rows": rows_of(graph.summary(), 10),
-        "remarks": [here(words) for words in (*file.remarks(), *leaps(file))],
+        "remarks": [here(words) for words in file.remarks()],
         "command": command(CASES[0]),
         "many": len(graph.edges) > MANY,
         "edges": len(graph.edges),
@@ -132,14 +132,6 @@ def here(words: str) -> str:
     for remedy, ours in HERE:
         words = re.sub(remedy, ours, words)
     return words
-
-
-def leaps(file: GraphFile) -> list[str]:
-    """Return a sentence about odometry across a gap in the ids, if there is some."""
-    if not file.leaps.size:
-        return []
-    i, j = file.names[file.graph.edges[file.leaps[0]]]
-    return [files.leap_words(file, f"write {i}-{j} under Options")]
 
 
 def rows_of(table: str, width: int) -> list[tuple[str, str]]:

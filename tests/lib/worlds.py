@@ -1,7 +1,5 @@
 """Poses and pose graphs in both groups, for the laws that hold everywhere."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import accumulate
 

@@ -22,6 +22,7 @@ import numpy as np
 from robust_slam._arrays import Array, Indices
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.graphs import se3
+from robust_slam.graphs.doubts import few_digits
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
 from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, decoded, rows_of, whole
@@ -69,7 +70,7 @@ class FactorFile:
     ``x`` is the map ``(n + l, …)``, or None if the file does not give the vertices of all poses
     and landmarks. ``ids`` ``(n + l,)`` are those of the file, of poses and then of landmarks.
     ``skipped`` maps each skipped tag to its number of lines, and ``notes`` are sentences about how
-    the edges were understood, as in ``GraphFile``.
+    the edges were understood, and ``doubts`` about what was hardly meant, as in ``GraphFile``.
     """
 
     graph: FactorGraph
@@ -77,6 +78,7 @@ class FactorFile:
     ids: Indices
     skipped: dict[str, int]
     notes: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") -> FactorFile:
@@ -127,7 +129,24 @@ def _parsed(text: str, unknown: Unknown) -> FactorFile:
         points=_points(rows[layout.points], ids, poses, sensors),
     )
     x = _map(poses, rows[layout.landmark], landmarks)
-    return FactorFile(graph, x, ids, skipped, poses.notes)
+    doubts = (*poses.doubts, *_few_digits(graph))
+    return FactorFile(graph, x, ids, skipped, poses.notes, doubts)
+
+
+def _few_digits(graph: FactorGraph) -> list[str]:
+    """Return a sentence about priors or GPS far from the origin with six digits."""
+    absolute = [block for block in graph.blocks if block.name in ("priors", "positions")]
+    d = graph.group.DIMENSION
+    claimed = [np.linalg.inv(block.root)[:, :d] for block in absolute]
+    places = [
+        graph.group.translation(block.measurement) if block.name == "priors" else block.measurement
+        for block in absolute
+    ]
+    said = (
+        few_digits(block.name, place, float(np.median(np.linalg.norm(sigma, axis=2))))
+        for block, place, sigma in zip(absolute, places, claimed, strict=True)
+    )
+    return [words for words in said if words]
 
 
 def _check_fixed(rows: Mapping[str, Rows], layout: _Layout, poses: GraphFile) -> None:

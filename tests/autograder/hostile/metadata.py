@@ -3,8 +3,6 @@
 All give a plain wrong answer; in none does the lie earn anything.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from copy import deepcopy
 from typing import Any

@@ -1,7 +1,5 @@
 """Newton on the chordal cost: its model, quadratic convergence, and hard graphs that end fast."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """PCM on any odometry: written either way, from any fixed pose, in several sessions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.consistency import pairwise

@@ -5,8 +5,6 @@ unit deviations, small enough to follow by hand. For A the unweighted mean is 2.
 largest residual 7.5, so μ starts at 4/108.5 (TLS).
 """
 
-from __future__ import annotations
-
 from unittest.mock import patch
 
 import numpy as np

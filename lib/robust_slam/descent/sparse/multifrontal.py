@@ -15,18 +15,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.descent.sparse.elimination import Fronts
 
-_RUNS = 24
-"""An update with at most this many runs of consecutive rows is added run by run."""
-
-Region = tuple[slice, slice] | tuple[NDArray[np.intp], ...]
-"""A part of a matrix, by slices or by ``np.ix_``."""
+Region = tuple[slice, slice]
+Runs = list[tuple[slice, slice]]
+"""Pairs (target, source) of consecutive rows."""
 Pieces = list[tuple[Region, Region]]
 """Pairs (target, source): the part ``source`` of an update is added to ``target``."""
 
@@ -151,94 +148,91 @@ def _forward_substitute(plan: _Plan, top: Array, side: Array, x: Array) -> None:
 
 
 def _plans(block: int, fronts: Fronts, row: Indices, column: Indices) -> list[_Plan]:
-    bounds = column.searchsorted(fronts.first).tolist()
-    firsts = fronts.first.tolist()
-    targets = _targets(block, fronts, row, column)
-    plans = []
-    for number, rows in enumerate(fronts.rows):
-        own = slice(block * firsts[number], block * firsts[number + 1])
-        mine = slice(bounds[number], bounds[number + 1])
-        plans.append(_Plan(own, _scalars(rows, block), mine, targets[mine], []))
-    front_of = np.repeat(np.arange(len(plans)), np.diff(fronts.first))
-    for number, rows in enumerate(fronts.rows):
-        if rows.size:
-            parent = int(front_of[rows[0]])
-            columns = slice(firsts[parent], firsts[parent + 1])
-            extend = _extend_add(number, rows, columns, fronts.rows[parent], block)
-            plans[parent].children.append(extend)
+    places = _Places(fronts)
+    targets = _targets(block, places, row, column)
+    scalars = (block * places.rows[:, None] + np.arange(block)).ravel()
+    bounds = np.stack(
+        [
+            column.searchsorted(fronts.first),
+            block * fronts.first,
+            block * np.append(places.begin, places.rows.size),
+        ]
+    )
+    mine, own, below = ([*map(slice, each, each[1:])] for each in bounds.tolist())
+    plans = [
+        _Plan(columns, scalars[rows], blocks, targets[blocks], [])
+        for columns, rows, blocks in zip(own, below, mine, strict=True)
+    ]
+    for child, (parent, tops, sides) in _runs(block, places).items():
+        square = [((t, t2), (h, h2)) for t, h in sides for t2, h2 in tops]
+        plans[parent].children.append(_ExtendAdd(child, _lower(tops), square, _lower(sides)))
     return plans
 
 
-def _targets(block: int, fronts: Fronts, row: Indices, column: Indices) -> Indices:
+class _Places:
+    """Where poses are in the fronts, by positions in the elimination order."""
+
+    def __init__(self, fronts: Fronts) -> None:
+        self.first, self.rows = fronts.first, np.concatenate(fronts.rows)
+        self.width = np.diff(self.first)
+        self.sizes = np.array([rows.size for rows in fronts.rows])
+        self.begin = np.cumsum(self.sizes) - self.sizes
+        self.front_of = np.repeat(np.arange(self.width.size), self.width)
+        self._names = self._name(np.repeat(np.arange(self.width.size), self.sizes), self.rows)
+
+    def _name(self, front: Indices, row: Indices) -> Indices:
+        return np.asarray(front * self.front_of.size + row)
+
+    def find(self, front: Indices, row: Indices) -> tuple[Mask, Indices]:
+        """Return whether each ``row`` is a column of its ``front``, and its number there.
+
+        It is the number among the columns, or else among the rows below.
+        """
+        own = row < self.first[front + 1]
+        # All rows below are found by one search in the concatenated rows of all fronts.
+        below = self._names.searchsorted(self._name(front, row)) - self.begin[front]
+        return own, np.where(own, row - self.first[front], below)
+
+
+def _targets(block: int, places: _Places, row: Indices, column: Indices) -> Indices:
     """Return the position in its front of each block entry, ``(count, block, block)``."""
-    n, count = fronts.order.size, len(fronts.rows)
-    front_of = np.repeat(np.arange(count), np.diff(fronts.first))[column]
-    first, after = fronts.first[front_of], fronts.first[front_of + 1]
-    own, width = row < after, after - first
-    # Rows below a front are found by one search in the concatenated rows of all fronts.
-    sizes = np.array([rows.size for rows in fronts.rows])
-    names = np.concatenate(fronts.rows) + n * np.repeat(np.arange(count), sizes)
-    before = np.concatenate([[0], np.cumsum(sizes)])[front_of]
-    below = names.searchsorted(n * front_of + row) - before
-    start = block * np.where(own, row - first, block * width**2 + below)
-    height = block * np.where(own, width, sizes[front_of])
-    inside = np.arange(block)
-    across = block * (column - first)[:, None] + inside
+    front = places.front_of[column]
+    own, place = places.find(front, row)
+    width, inside = places.width[front], np.arange(block)
+    start = block * np.where(own, place, block * width**2 + place)
+    height = block * np.where(own, width, places.sizes[front])
+    across = block * (column - places.first[front])[:, None] + inside
     rows = (start[:, None] + inside)[:, :, None]
     target: Indices = rows + (height[:, None] * across)[:, None]
     return target
 
 
-def _extend_add(child: int, rows: Indices, own: slice, below: Indices, block: int) -> _ExtendAdd:
-    """Return how an update over ``rows`` is added to a front ``own`` with rows ``below``.
+def _runs(block: int, places: _Places) -> dict[int, tuple[int, Runs, Runs]]:
+    """Return the parent of each child front, and the runs of rows that are consecutive there.
 
-    All three are in poses, not in scalars.
+    The first runs are among the parent's columns, the others among its rows below.
     """
-    split = int(rows.searchsorted(own.stop))
-    inside, beyond = rows[:split] - own.start, below.searchsorted(rows[split:])
-    tops, sides = _runs(inside, 0, block), _runs(beyond, split, block)
-    if len(tops) + len(sides) <= _RUNS:
-        square: Pieces = [((t, t2), (h, h2)) for t, h in sides for t2, h2 in tops]
-        return _ExtendAdd(child, _lower(tops), square, _lower(sides))
-    into, down = _scalars(inside, block), _scalars(beyond, block)
-    first, last = slice(0, split * block), slice(split * block, None)
-    return _ExtendAdd(
-        child,
-        [(np.ix_(into, into), (first, first))],
-        [(np.ix_(down, into), (last, first))],
-        [(np.ix_(down, down), (last, last))],
-    )
+    child = np.repeat(np.arange(places.sizes.size), places.sizes)
+    parent = places.front_of[places.rows[places.begin[child]]]
+    own, place = places.find(parent, places.rows)
+    # A place in the same part of the same parent is the next number, any other is not.
+    number = place + (2 * child + ~own) * (places.front_of.size + 1)
+    starts = np.flatnonzero(np.diff(number, prepend=-2) != 1)
+    source = starts - places.begin[child[starts]]
+    sizes = np.diff(starts, append=child.size)
+    names = (child[starts], parent[starts], np.where(own, 1, 2)[starts])
+    scalars = (block * place[starts], block * source, block * sizes)
+    runs: dict[int, tuple[int, Runs, Runs]] = {}
+    for one, above, part, into, at, size in np.stack([*names, *scalars], axis=1).tolist():
+        pair = slice(into, into + size), slice(at, at + size)
+        runs.setdefault(one, (above, [], []))[part].append(pair)
+    return runs
 
 
-def _scalars(positions: Indices, block: int) -> Indices:
-    return (positions[:, None] * block + np.arange(block)).ravel()
-
-
-def _lower(runs: list[tuple[slice, slice]]) -> Pieces:
+def _lower(runs: Runs) -> Pieces:
     """Return the pieces on and below the diagonal: each run with itself and earlier runs."""
     return [
         ((target, target2), (source, source2))
         for k, (target, source) in enumerate(runs)
         for target2, source2 in runs[: k + 1]
-    ]
-
-
-def _runs(positions: Indices, offset: int, block: int) -> list[tuple[slice, slice]]:
-    """Return the runs of consecutive ``positions`` as pairs (target, source) of slices.
-
-    The source slices begin at ``offset``. Positions and offset are in poses, slices in
-    scalars.
-    """
-    if not positions.size:
-        return []
-    cuts = (positions[1:] - positions[:-1] != 1).nonzero()[0] + 1
-    starts = [0, *cuts.tolist()]
-    ends = [*starts[1:], positions.size]
-    targets = positions[starts].tolist()
-    return [
-        (
-            slice(block * t, block * (t + b - a)),
-            slice(block * (offset + a), block * (offset + b)),
-        )
-        for t, a, b in zip(targets, starts, ends, strict=True)
     ]

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.descent.sparse.elimination import (
-    INTERPRETED,
-    find_elimination,
-    find_fronts,
-)
+from robust_slam.descent.sparse import elimination
+from robust_slam.descent.sparse.elimination import find_elimination, find_fronts
 
 from tests.lib.descent.sparse.matrices import random_edges
-
-NO_FRONT_COSTS = INTERPRETED._replace(front=0.0)
 
 
 def fill(n, edges, order):
@@ -51,12 +46,13 @@ def test_a_long_drive_with_short_loops_loses_no_fill_in_to_underflow():
     np.testing.assert_array_equal(elimination.filled, [len(later) for later in expected])
 
 
-@pytest.mark.parametrize("costs", [INTERPRETED, NO_FRONT_COSTS])
+@pytest.mark.parametrize("front", [elimination.COSTS.front, 0.0])
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize(("n", "more"), [(1, 0), (2, 0), (40, 0), (40, 60), (25, 300)])
-def test_fronts_cover_all_columns_and_hold_what_is_filled_in(costs, seed, n, more):
+def test_fronts_cover_all_columns_and_hold_what_is_filled_in(front, seed, n, more, monkeypatch):
+    monkeypatch.setattr(elimination, "COSTS", elimination.COSTS._replace(front=front))
     edges = random_edges(n, more, np.random.default_rng(seed)) if n > 1 else np.empty((0, 2), int)
-    fronts = find_fronts(find_elimination(n, edges), 3, costs)
+    fronts = find_fronts(find_elimination(n, edges), 3)
     assert sorted(fronts.order.tolist()) == list(range(n))
     assert fronts.first[0] == 0 and fronts.first[-1] == n and np.all(np.diff(fronts.first) > 0)
     expected = fill(n, edges, fronts.order)
@@ -64,6 +60,19 @@ def test_fronts_cover_all_columns_and_hold_what_is_filled_in(costs, seed, n, mor
         held = set(range(first, after)) | set(rows.tolist())
         assert set().union(*expected[first:after]) <= held
         assert rows.tolist() == sorted(expected[after - 1])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_columns_of_a_front_are_in_the_order_of_their_first_use_as_rows(seed):
+    fronts = find_fronts(
+        find_elimination(300, random_edges(300, 60, np.random.default_rng(seed))), 6
+    )
+    assert len(fronts.rows) > 3
+    use = np.full(300, len(fronts.rows))
+    for number, rows in reversed(list(enumerate(fronts.rows))):
+        use[rows] = number
+    for first, after in zip(fronts.first, fronts.first[1:], strict=False):
+        assert np.all(np.diff(use[first:after]) >= 0)
 
 
 def test_few_multiplications_for_a_chain_and_many_for_a_clique():
