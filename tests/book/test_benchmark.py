@@ -38,6 +38,7 @@ from tests.conftest import leave_out
 pytestmark = pytest.mark.long
 
 CHAPTER, SHOWCASE = Chapter("benchmark"), Chapter("08-showcase")
+SWEEP = Chapter("what-the-measurements-support")
 TABLE = CHAPTERS / "data" / "robustness.csv"
 
 
@@ -77,7 +78,7 @@ def test_the_protocol_is_that_of_the_sweep():
     assert "five in a row that share one error" in text
     assert {plan.seeds for plan in PLANS.values()} == {3, 5}
     assert "A cell holds only three or five runs" in CHAPTER.text
-    there = " ".join(SHOWCASE.cells["larger"].split())
+    there = " ".join(SWEEP.cells["larger"].split())
     assert "Each has 45 correct closures" in there
     assert f"in {sum(1 for _ in worlds('A'))} worlds" in there
 
@@ -200,19 +201,19 @@ def test_the_method_on_the_page_can_be_entered(monkeypatch):
     assert '--methods "Welsch from odometry"' in CHAPTER.cells["enter"]
 
 
-def test_without_the_table_chapter_08_says_where_it_is(tmp_path, monkeypatch, capsys):
+def test_without_the_table_the_page_says_where_it_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     cells = ("larger-load", "larger-figure", "larger-table", "larger-others", "larger-read")
-    SHOWCASE.run(*cells, np=np, Markdown=str)
+    SWEEP.run(*cells, np=np, Markdown=str)
     printed = capsys.readouterr().out
     assert "make sweep" in printed
     assert printed.count("chapters/data") == 1
 
 
-def test_the_grid_and_the_ranking_of_chapter_08_come_from_the_file(results, monkeypatch):
+def test_the_grid_and_the_ranking_of_the_sweep_come_from_the_file(results, monkeypatch):
     monkeypatch.chdir(CHAPTERS)
     shown: list[tuple[Any, str]] = []
-    names = SHOWCASE.run(
+    names = SWEEP.run(
         *("larger-load", "larger-figure", "larger-table"),
         plt=plt,
         Markdown=str,

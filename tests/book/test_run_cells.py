@@ -31,7 +31,7 @@ OTHER_TEXT = {
     f"{chapter}-{cell}": GRAPH
     for chapter, cells in {
         "03-irls/intel": ("load", "what", "maps", "read", "start", "start-read"),
-        "08-showcase/larger": ("read",),
+        "what-the-measurements-support/larger": ("read",),
         "08-showcase/public": ("load", "what", "run", "why-read", "why", "read"),
     }.items()
     for cell in cells
@@ -109,8 +109,7 @@ def run(python: Path, name: str) -> list[dict[str, Any]]:
         return_completed_process=True, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
-    results: list[dict[str, Any]] = json.loads(done.stdout)
-    return results
+    return json.loads(done.stdout)
 
 
 @pytest.mark.parametrize(
