@@ -347,6 +347,10 @@ for _loss, _scheduler in (("TLS", "Linear"), ("GM", "Linear"), ("TLS", "SuperLin
     method(GTSAM[-1])(partial(_gtsam, _loss, _scheduler))
 
 
+CONTESTED = (ORACLE, GNC, "DCS, then TLS", "Kimera-RPGO", SOLVER, GTSAM[0])
+"""The methods that answer for the worlds of tiers G to J."""
+
+
 def available() -> list[str]:
     """Return the names of the methods that run on this machine."""
     return [name for name in METHODS if name not in GTSAM or gtsam is not None]

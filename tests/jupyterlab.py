@@ -132,8 +132,7 @@ class Notebook:
 
     def read(self) -> list[dict[str, Any]]:
         """The cells of the file as it was last saved."""
-        found: list[dict[str, Any]] = json.loads(self.path.read_text("utf-8"))["cells"]
-        return found
+        return json.loads(self.path.read_text("utf-8"))["cells"]
 
     def save(self) -> list[dict[str, Any]]:
         with self.page.expect_response(

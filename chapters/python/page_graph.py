@@ -261,8 +261,8 @@ def reasons(answer: Answer) -> list[str]:
     words[~answer.kept & near] = f"rejected: it was beyond {limit} when the closures were chosen."
     words[answer.graph.is_odometry] = "kept, since odometry is trusted."
     words[answer.bridges.edges] = "trusted, because it joins two sessions."
-    alone = answer.bridges.unconfirmed
-    words[alone] = "trusted, because it joins two sessions; nothing confirms it."
+    alone = [one.edge for one in answer.lone]
+    words[alone] = "kept; a part of the map rests on this place alone."
     words[answer.slips] = "given up: the odometry slipped here."
     if answer.rival is not None:
         words[answer.rival & ~answer.kept] = "rejected; a rival map as good as this one keeps it."

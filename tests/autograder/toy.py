@@ -183,8 +183,7 @@ def hand_in(folder: Path, student: str, value: dict[str, Any]) -> Path:
 
 
 def result(out: Path, student: str) -> dict[str, Any]:
-    value: dict[str, Any] = json.loads((out / student / f"{NAME}.json").read_text("utf-8"))
-    return value
+    return json.loads((out / student / f"{NAME}.json").read_text("utf-8"))
 
 
 def hidden_inputs(seed: int) -> list[str]:

@@ -29,10 +29,9 @@ def pictures(page: Page) -> list[Locator]:
 
 def handles(picture: Locator) -> list[str]:
     """The keys of what can be taken hold of; a handle may go and come back by its key."""
-    found: list[str] = picture.evaluate(
+    return picture.evaluate(
         "picture => Array.from(picture.querySelectorAll('[data-handle]'), h => h.dataset.handle)"
     )
-    return found
 
 
 def controls(picture: Locator) -> Iterator[Locator]:

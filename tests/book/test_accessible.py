@@ -88,10 +88,9 @@ def violations(page: Page, options: str = "", seen: Looks = None) -> list[dict[s
         page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8"))
         page.evaluate(READY)
     seen[:] = page.evaluate(EACH_LOOK_ONCE, seen)
-    found: list[dict[str, object]] = page.evaluate(
+    return page.evaluate(
         f"axe.run({{resultTypes: ['violations'], {options}}}).then(ran => ran.violations)"
     )
-    return found
 
 
 def complaints(

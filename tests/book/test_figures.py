@@ -65,8 +65,7 @@ def read(visit):
         page.set_viewport_size({"width": width, "height": 900})
         page.emulate_media(media=media)
         page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-        found: list[Figure] = page.evaluate(READ)
-        return found
+        return page.evaluate(READ)
 
     return figures
 

@@ -10,7 +10,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, ValuesView
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,8 @@ from tests.book.test_pages import TOO_WIDE
 from tests.chromium import visiting
 from tests.conftest import leave_out
 from tests.firefox import firefox
+from tests.lib import test_bad_input, test_doctor
+from tests.lib.graphs import test_formats, test_g2o
 
 SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PAGE = "chapters/your-graph"
@@ -176,6 +178,29 @@ def test_each_edge_says_why(town, ask):
         assert (answer["size"][k] <= own.threshold) == own.kept[k]
 
 
+def texts(value):
+    """The files in a module's tables, in what it is parametrised by too."""
+    if isinstance(value, str) and "\n" in value:
+        yield value
+    marks = [mark.args for mark in getattr(value, "pytestmark", ())]
+    parts = value.values() if isinstance(value, dict) else value
+    for each in (*marks, *(parts if isinstance(parts, list | tuple | ValuesView) else ())):
+        yield from texts(each)
+
+
+READ = """async ([folder, texts, given]) => {
+  const engine = await import(`${folder}/engine.js`);
+  await engine.start(() => {}, "import page_graph");
+  const found = [];
+  for (const text of texts) {
+    const files = {file: new TextEncoder().encode(text)};
+    found.push(await engine.ask({module: "page_graph", question: "read", given, files}));
+  }
+  engine.stop();
+  return found;
+}"""
+
+
 @pytest.fixture(scope="module")
 def runtime(site):
     """The site, where it has Python for its pages."""
@@ -270,6 +295,18 @@ class TestThePage:
         expect(status).to_contain_text("Stopped")
         page.get_by_role("button", name="ten times too small").press("Enter")
         expect(page.locator("[data-say=notes]")).to_contain_text("deviations that are too small")
+
+    def test_each_file_is_read_as_outside_of_the_browser(self, visit, address, ask):
+        """The whole numbers of Python in the page have 32 bits, and ids have more."""
+        tables = [vars(module) for module in (test_bad_input, test_doctor, test_formats, test_g2o)]
+        found = sorted({*texts([each for table in tables for each in table.values()])})
+        assert len(found) > 100 and any("A10" in text for text in found)
+        given = {"name": "file", "unknown": "skip", "indefinite": "nearest", "odometry": [1, 1]}
+        expected = []
+        for text in found:
+            Path("file").write_text(text, newline="")
+            expected.append(ask("read", **given))
+        assert visit.page.evaluate(READ, [f"{address}/python", found, given]) == expected
 
     def test_from_a_file_the_command_stands_in_its_place(self, site, open_page):
         visit = open_page((site.folder / f"{PAGE}.html").as_uri())

@@ -39,8 +39,7 @@ def run(*cells: str) -> list[Result]:
     stdin, stdout = RUNNING[0].stdin, RUNNING[0].stdout
     assert stdin and stdout
     print(json.dumps(cells), file=stdin, flush=True)
-    results: list[Result] = json.loads(stdout.readline())
-    return results
+    return json.loads(stdout.readline())
 
 
 def shown(cell: str) -> list[dict[str, str]]:

@@ -32,8 +32,7 @@ COUNT = """([html, kinds]) => {
 
 def counted(page: Page, html: str, below: str) -> list[int]:
     kinds = [f"{below} {kind}" for kind in KINDS]
-    found: list[int] = page.evaluate(COUNT, [DRAWN.sub(r"\1", html), kinds])
-    return found
+    return page.evaluate(COUNT, [DRAWN.sub(r"\1", html), kinds])
 
 
 @pytest.fixture(scope="module")

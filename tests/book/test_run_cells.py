@@ -109,8 +109,7 @@ def run(python: Path, name: str) -> list[dict[str, Any]]:
         return_completed_process=True, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
-    results: list[dict[str, Any]] = json.loads(done.stdout)
-    return results
+    return json.loads(done.stdout)
 
 
 @pytest.mark.parametrize(

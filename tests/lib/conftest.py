@@ -2,7 +2,6 @@
 
 import contextlib
 import importlib.util
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -34,17 +33,17 @@ class Narrow:
 
     intp = int_ = np.int32
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name):
         return getattr(np, name)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _as_the_page_reads(tmp_path_factory: pytest.TempPathFactory):
+def _as_the_page_reads(tmp_path_factory):
     """Ask the page's Python, whose intp has 32 bits, about each file that a test has read."""
-    found: dict[bytes, None] = {}
+    found = {}
     decoded = reading.decoded
 
-    def noted(content: bytes) -> str:
+    def noted(content):
         found[content] = None
         return decoded(content)
 
@@ -60,7 +59,7 @@ def _as_the_page_reads(tmp_path_factory: pytest.TempPathFactory):
         page = importlib.import_module("page_graph")
         given = {"name": "file", "indefinite": "nearest", "unknown": "skip"}
 
-        def answers() -> Iterator[dict[str, object]]:
+        def answers():
             for content in found:
                 Path("file").write_bytes(content)
                 yield (answer := page.read(given, str))

@@ -48,8 +48,7 @@ def fix_a_test(folder: Path) -> None:
 
 
 def _grade_id(cell: dict[str, Any]) -> str | None:
-    name: str | None = cell["metadata"].get("nbgrader", {}).get("grade_id")
-    return name
+    return cell["metadata"].get("nbgrader", {}).get("grade_id")
 
 
 def printed(heading: str) -> tuple[str, ...]:

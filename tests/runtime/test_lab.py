@@ -57,8 +57,7 @@ BUSY = IDLE.replace("idle", "busy")
 
 def released() -> dict[str, Any]:
     """The notebook as the site has it."""
-    notebook: dict[str, Any] = json.loads((RELEASED / f"{NAME}.ipynb").read_text("utf-8"))
-    return notebook
+    return json.loads((RELEASED / f"{NAME}.ipynb").read_text("utf-8"))
 
 
 class Lab:

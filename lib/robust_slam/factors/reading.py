@@ -26,7 +26,7 @@ from robust_slam.graphs.doubts import few_digits
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
 from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, decoded, rows_of, whole
-from robust_slam.graphs.matrices import row_by_row
+from robust_slam.graphs.matrices import information_of, row_by_row
 from robust_slam.graphs.quaternions import poses_of
 from robust_slam.graphs.tagged import graph_of
 
@@ -135,17 +135,13 @@ def _parsed(text: str, unknown: Unknown) -> FactorFile:
 
 def _few_digits(graph: FactorGraph) -> list[str]:
     """Return a sentence about priors or GPS far from the origin with six digits."""
-    absolute = [block for block in graph.blocks if block.name in ("priors", "positions")]
-    d = graph.group.DIMENSION
-    claimed = [np.linalg.inv(block.root)[:, :d] for block in absolute]
-    places = [
-        graph.group.translation(block.measurement) if block.name == "priors" else block.measurement
-        for block in absolute
-    ]
-    said = (
-        few_digits(block.name, place, float(np.median(np.linalg.norm(sigma, axis=2))))
-        for block, place, sigma in zip(absolute, places, claimed, strict=True)
-    )
+    said, d = [], graph.group.DIMENSION
+    for block in graph.blocks:
+        if block.name in ("priors", "positions"):
+            z = block.measurement
+            place = graph.group.translation(z) if block.name == "priors" else z
+            claimed = np.linalg.norm(np.linalg.inv(block.root)[:, :d], axis=2)
+            said.append(few_digits(block.name, place, float(np.median(claimed))))
     return [words for words in said if words]
 
 
@@ -216,15 +212,7 @@ def _offsets(rows: Rows, sensors: Mapping[int, Array]) -> Array:
 
 def _matrices(rows: Rows, given: int, dof: int) -> Array:
     """Return the information matrices ``(k, dof, dof)`` behind the ``given`` numbers."""
-    matrices, _ = row_by_row(rows.numbers[:, given:], dof)
-    weak = ~(np.linalg.eigvalsh(matrices)[:, 0] > 0.0)
-    if np.any(weak):
-        raise rows.fault(
-            weak,
-            "the information matrix is not positive definite; give the upper triangle of an "
-            "inverse covariance",
-        )
-    return matrices
+    return information_of(rows, row_by_row(rows.numbers[:, given:], dof)[0], False, "raise")[0]
 
 
 def _points(

@@ -80,11 +80,11 @@ class FactorAnswer:
         off = {name: norms[at][~self.kept[at]] for name, at in self.graph.slices.items()}
         return tuple(
             f"{counted(far.size, name[:-1])} of {size:,} rejected, half of them beyond "
-            f"{np.median(far):.0f} of the claimed deviations; claim what the sensor can do, or look "
-            "for missing digits or another frame"
+            f"{np.median(far):.0f} of the claimed deviations; claim what the sensor can do, or "
+            "look for missing digits or another frame"
             for name, far in off.items()
             if name != "relative"
-            and 2 < 0.5 * (size := self.graph.slices[name].stop - self.graph.slices[name].start)
+            and 0.5 * (size := self.graph.slices[name].stop - self.graph.slices[name].start) > 2
             and far.size > 0.5 * size
         )
 

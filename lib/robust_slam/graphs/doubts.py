@@ -29,8 +29,10 @@ _LEAP = 10.0
 """Steps so many times longer than 95 % of all are hardly odometry."""
 _UNLIKE = 1.5
 """A deviation differs by this factor where a sensor differs, and not by rounding."""
-_FEW = 8
+FEW = 8
 """The smallest number of steps that tell what is usual."""
+_SOME = 3
+"""The smallest number of turns that tell their order."""
 _ROUNDED = 1e-3
 """Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
 _AHEAD, _ASTRAY = 0.9, 0.75
@@ -42,14 +44,16 @@ class Content:
     """What a file was read as: the ``graph``, the ``names`` of its poses, and what was written.
 
     ``lines`` ``(m,)`` are those of the edges, and ``turns`` ``(m, a)`` the sizes of their angles
-    (rad), if they were written as such. A trajectory has ``poses`` ``(n, …)`` instead, whose
-    quaternions were read with w first, if ``w_first``.
+    (rad), if they were written as such; ``copied`` tells of many that are given twice. A
+    trajectory has ``poses`` ``(n, …)`` instead, whose quaternions were read with w first, if
+    ``w_first``.
     """
 
     graph: PoseGraph
     names: Names
     lines: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     turns: Array = field(default_factory=lambda: np.empty((0, 0)))
+    copied: tuple[str, ...] = ()
     poses: Array | None = None
     w_first: bool = False
 
@@ -96,14 +100,12 @@ def _covariances(content: Content) -> str:
     graph = content.graph
     steps = np.linalg.norm(graph.translation[graph.is_odometry], axis=1)
     step = float(np.median(steps)) if steps.size else np.inf
-    limits = (_COARSE * step or np.inf, _BLIND)
     inverse = replace(graph, information=np.asarray(np.linalg.inv(graph.information)))
-    claimed, other = (
-        [float(np.median(sigma)) for sigma in deviations(each)] for each in (graph, inverse)
-    )
-    rotation, position = (claimed[k] > limits[k] > other[k] for k in (1, 0))
-    identity = graph.information[0, 0, 0] * np.eye(graph.group.DOF)
-    if not (rotation or position) or np.all(graph.information == identity):
+    claimed, other = (np.median(deviations(each), axis=1) for each in (graph, inverse))
+    limits = np.array([_COARSE * step or np.inf, _BLIND])
+    position, rotation = (limits < claimed) & (other < limits)
+    one_number = np.eye(graph.group.DOF) * graph.information[0, 0, 0]
+    if not (rotation or position) or np.all(graph.information == one_number):
         return ""
     words = (
         f"a deviation of {claimed[1]:.3g} rad, with which a direction is unknown"
@@ -119,25 +121,25 @@ def _covariances(content: Content) -> str:
 def _w_first(content: Content) -> str:
     """Doubt quaternions of which another order gives small turns, or a steady way ahead."""
     graph, poses = content.graph, content.poses
-    if graph.group.DIMENSION == 3:
-        for kind, chosen in (("odometry", graph.is_odometry), ("closures", ~graph.is_odometry)):
-            if poses is not None and kind == "odometry":
-                continue
-            x = Rotation.from_matrix(graph.rotation[chosen].copy()).as_quat()[:, 0]
-            if x.size > 2 and np.median(np.abs(x)) > _AHEAD:
-                return _ORDER.format(f"most of the {kind} turns by half a circle about x", "w")
+    order, space = "begins with w, write qx qy qz qw", graph.group.DIMENSION == 3
+    if content.w_first:
+        order = "ends with w, name the columns in a line above"
+    kinds = {"odometry": graph.is_odometry & (poses is None), "closures": ~graph.is_odometry}
+    for kind, chosen in kinds.items() if space else ():
+        if np.sum(chosen) < _SOME:
+            continue
+        x = np.abs(Rotation.from_matrix(graph.rotation[chosen]).as_quat()[:, 0])
+        if np.median(x) > _AHEAD:
+            return f"most of the {kind} turns by half a circle about x; if its quaternion {order}"
     if poses is None or poses.ndim == 2:
         return ""
     as_read, other = _way(poses), _way(rolled(poses, 1 if content.w_first else -1))
-    half = not content.w_first and np.abs(poses[0, :, :3] - np.diag([1, -1, -1])).max() < _ROUNDED
+    half = np.abs(poses[0, :, :3] - np.diag([1, -1, -1])).max() < _ROUNDED and not content.w_first
     if half and other >= as_read:
-        return _ORDER.format("the first pose is turned by half a circle about x", "w")
+        return f"the first pose is turned by half a circle about x; if its quaternion {order}"
     if as_read < _ASTRAY and other > _AHEAD:
-        return _ORDER.format("the robot travels in all directions of its own frame", "w")
+        return f"the robot travels in all directions of its frame; if its quaternion {order}"
     return ""
-
-
-_ORDER = "{}; if its quaternion begins with {}, write qx qy qz qw"
 
 
 def rolled(poses: Array, by: int) -> Array:
@@ -192,7 +194,7 @@ def _same_ids(content: Content) -> str:
     twice = pairs[order[place]] == pairs[others]
     others, place = others[twice], place[twice]
     first, last = place.min(initial=n), place.max(initial=0)
-    if np.unique(place).size < max(_FEW, 0.9 * (last - first + 1)):
+    if np.unique(place).size < max(FEW, 0.9 * (last - first + 1)):
         return ""
     far = np.flatnonzero(_disagree(graph, order[place], others))
     if far.size < max(3, 0.05 * others.size):
@@ -211,18 +213,16 @@ def _disagree(graph: PoseGraph, steps: Indices, others: Indices) -> Mask:
     ours, theirs = (upward(graph.edges[k], graph.measurement[k]) for k in (steps, others))
     off = group.log(group.between(ours, theirs))
     metres, radians = (np.linalg.norm(part, axis=1) for part in (off[:, :d], off[:, d:]))
-    claimed = deviations(rows_of(graph, graph.is_odometry))
+    claimed = 10.0 * np.median(deviations(rows_of(graph, graph.is_odometry)), axis=1)
     usual = np.median(np.linalg.norm(graph.translation[graph.is_odometry], axis=1))
-    return np.asarray(
-        (metres > max(0.2 * usual, 10.0 * float(np.median(claimed[0]))))
-        | (radians > max(0.2, 10.0 * float(np.median(claimed[1]))))
-    )
+    far = (metres > max(0.2 * usual, claimed[0])) | (radians > max(0.2, claimed[1]))
+    return np.asarray(far)
 
 
 def _strange_steps(content: Content) -> str:
     """Doubt single steps that are as long, or as precise, as closures between drives."""
     graph, odometry = content.graph, content.odometry
-    if odometry.size < _FEW:
+    if odometry.size < FEW:
         return ""
     length = np.linalg.norm(graph.translation[odometry], axis=1)
     usual = float(np.quantile(length, 0.95))
@@ -278,6 +278,7 @@ DOUBTS: dict[str, Callable[[Content], str]] = {
     "w first": _w_first,
     "few digits": _few_digits,
     "same ids": _same_ids,
+    "copies": lambda content: "".join(content.copied),
     "strange steps": _strange_steps,
     "steps back": _steps_back,
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,7 +14,7 @@ from robust_slam.graphs import trajectories
 from robust_slam.graphs.formats import PYFG, TORO, read_id
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Unknown, decoded, lines_of, with_points
+from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of, with_points
 from robust_slam.graphs.matrices import Indefinite, Repair
 from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
 
@@ -35,6 +36,8 @@ _MAGIC = {
 """The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
 
 
+_AHEAD = 20
+"""The largest number of lines, such as names of columns, ahead of a trajectory."""
 _UNTOLD = (
     "a trajectory does not tell how exact it is; give the standard deviations of a step, such as "
     "odometry=(0.05, 0.01) in m and rad"
@@ -128,10 +131,9 @@ def _text(path: str | os.PathLike[str]) -> str:
 
 def _format(text: str) -> Format | None:
     """Return the format of a text; None is a trajectory, whose lines have no tags."""
-    first = next(lines_of(text), (0, [""]))[1][0]
-    if first not in {**TORO.tags, **G2O.tags} and trajectories.is_drive(text):
-        return None
-    for _, fields in lines_of(text):
+    for k, (_, fields) in enumerate(lines_of(text)):
+        if k < _AHEAD and is_real(re.split("[,;]", fields[0])[0]):
+            return None
         # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
         if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):
             return PYFG

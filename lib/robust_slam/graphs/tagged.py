@@ -20,7 +20,7 @@ from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Ids, Indices, Mask
 from robust_slam._words import so_do
-from robust_slam.graphs.doubts import Content, doubts
+from robust_slam.graphs.doubts import FEW, Content, doubts
 from robust_slam.graphs.graph_file import GraphFile, Names
 from robust_slam.graphs.group import group_of, upward
 from robust_slam.graphs.lines import (
@@ -42,6 +42,8 @@ Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 
 _NAMED = 5
 """The largest number of vertex ids in a message."""
+_COPIED = 0.1
+"""With a larger share of copies a file was not meant so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +68,9 @@ class Layout:
 
     def edges(self, stamps: int) -> dict[str, Tag]:
         """Return what stands behind the tags of edges; a triangle that is missing can be taken."""
-        position, rotation = ("0.01", "0.0025") if self.covariance else ("100", "400")
-        ahead = 2 if self.dof == 3 else 3
-        half = tuple(
-            ("0" if i < j else position if i < ahead else rotation)
-            for i, j in zip(*np.triu_indices(self.dof), strict=True)
-        )
+        sizes = ("0.01", "0.0025") if self.covariance else ("100", "400")
+        places = zip(*np.triu_indices(self.dof), strict=True)
+        half = tuple("0" if i < j else sizes[int(2 * i // self.dof)] for i, j in places)
         numbers = self.pose + len(half)
         more = {tag: Tag(2, numbers, stamps, unused=1, half=half) for tag in self.as_edge}
         return {self.edge: Tag(2, numbers, stamps, half=half), **more}
@@ -113,7 +112,8 @@ class Format:
 class Edges:
     """Relative poses as a file gives them: their ids in ``rows``, and arrays as of a graph.
 
-    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``.
+    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``, and ``copied`` tells of
+    edges that are given twice, which may be ``many``.
     """
 
     rows: Rows
@@ -122,6 +122,8 @@ class Edges:
     repaired: Indices
     skipped: dict[str, int]
     notes: tuple[str, ...]
+    copied: tuple[str, ...]
+    many: bool
 
 
 def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
@@ -158,7 +160,8 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     ids.flags.writeable = False
     names = form.names(ids)
     turns = np.abs(edges.numbers[:, list(layout.angles)])
-    content = Content(graph, names, edges.line, turns)
+    doubtful, noted = (found.copied, ()) if found.many else ((), found.copied)
+    content = Content(graph, names, edges.line, turns, doubtful)
     return GraphFile(
         graph,
         _guess(vertices, layout, order),
@@ -166,7 +169,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
         names,
         found.repaired,
         skipped,
-        found.notes,
+        (*found.notes, *noted),
         doubts=doubts(content),
     )
 
@@ -191,13 +194,21 @@ def _edges(
     given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
     information, repaired = information_of(rows, given, layout.covariance, indefinite)
     measurement = layout.poses(rows)
-    copies = _repeated(rows, measurement, layout.pose, form)
-    notes = (*notes, *copies, *uneven(rows, information, form.names))
-    return Edges(rows, measurement, information, repaired, skipped, notes)
+    notes = (*notes, *uneven(rows, information, form.names))
+    again = _repeated(rows, measurement, layout.pose)
+    copied: tuple[str, ...] = ()
+    if again.size:
+        i, j = form.names(rows.ids[again[0]])
+        copied = (
+            f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers, or "
+            f"those of its inverse{so_do(again.size - 1)}; drop copies",
+        )
+    many = again.size > max(FEW, _COPIED * len(rows))
+    return Edges(rows, measurement, information, repaired, skipped, notes, copied, many)
 
 
-def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[str, ...]:
-    """Return a sentence about lines that say what an earlier line says, if there are any.
+def _repeated(rows: Rows, measurement: Array, pose: int) -> Indices:
+    """Return the rows, ascending, that say what an earlier one says.
 
     A copy may lead from j to i, with the inverse pose, and may have been printed with fewer
     digits.
@@ -213,14 +224,7 @@ def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[
     size = 2.0 + np.abs(place[one]).max(axis=1, initial=0.0)
     unit = _printed(rows.numbers[:, :pose])
     near = off <= size * np.maximum(unit[one], unit[other])
-    again = np.unique(np.maximum(one, other)[near])
-    if not again.size:
-        return ()
-    i, j = form.names(rows.ids[again[0]])
-    return (
-        f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers, or "
-        f"those of its inverse{so_do(again.size - 1)}; drop copies",
-    )
+    return np.unique(np.maximum(one, other)[near])
 
 
 def _printed(numbers: Array) -> Array:
@@ -285,7 +289,11 @@ def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
     again = ~np.isin(np.arange(len(vertices)), first)
     if np.any(again):
         name = form.names(vertices.ids[np.argmax(again)])[0]
-        raise vertices.fault(again, f"vertex {name} is given twice; drop one line")
+        raise vertices.fault(
+            again,
+            f"vertex {name} is given twice; drop one line or, if two robots have the same ids, "
+            "add an offset to those of one",
+        )
     missing = ~np.isin(edges.ids, ascending)
     if np.any(missing):
         name = form.names(edges.ids[missing][:1])[0]
@@ -340,37 +348,31 @@ def _steps(ranks: Indices, robots: Ids, measurement: Array) -> Mask:
     pair = ranks[near].min(axis=1)
     order = near[np.lexsort((near, j[near] < i[near], pair))]
     _, first, count = np.unique(np.sort(pair), return_index=True, return_counts=True)
-    chosen, rivals = order[first], np.flatnonzero(count > 1)
-    if 0 < rivals.size <= 0.1 * count.size:
-        strange = _strangeness(ranks, measurement, chosen[count == 1])
-        for k in rivals:
-            given = order[first[k] : first[k] + count[k]]
-            how = strange(given)
-            chosen[k] = given[0] if how[0] <= 1.0 else given[np.argmin(how)]
+    chosen, several = order[first], np.flatnonzero(count > 1)
+    if several.size and np.sum(count == 1) >= FEW:
+        strange = _strangeness(upward(ranks, measurement), order, chosen[count == 1])
+        for k in several:
+            how = strange[first[k] : first[k] + count[k]]
+            chosen[k] = order[first[k] + (0 if how[0] <= 1.0 else np.argmin(how))]
     odometry = np.zeros(i.size, dtype=np.bool_)
     odometry[chosen] = True
     return odometry
 
 
-def _strangeness(ranks: Indices, measurement: Array, steps: Indices) -> Callable[[Indices], Array]:
-    """Return how far edges are from the three most alike of the ``steps``, in ten usual gaps."""
-    group = group_of(measurement)
-    lengths = np.linalg.norm(group.translation(measurement[steps]), axis=1)
-    length = max(float(np.median(lengths)), np.finfo(float).tiny)
+def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
+    """Return how far ``edges`` are from the three ``steps`` most alike, in ten usual gaps.
 
-    def features(edges: Indices) -> Array:
-        ahead = upward(ranks[edges], measurement[edges])
-        place = group.translation(ahead) / length
-        return np.concatenate([place, group.log(ahead)[:, group.DIMENSION :]], axis=1)
-
-    tree = KDTree(features(steps))
-
-    def gap(edges: Indices, others: int) -> Array:
-        return np.asarray(tree.query(features(edges), k=others)[0])[:, -1]
-
+    ``ahead`` ``(m, …)`` are the relative poses in one direction, and lengths count in steps.
+    """
+    group = group_of(ahead)
+    place = group.translation(ahead)
+    length = float(np.median(np.linalg.norm(place[steps], axis=1))) or 1.0
+    seen = np.concatenate([place / length, group.log(ahead)[:, group.DIMENSION :]], axis=1)
+    tree = KDTree(seen[steps])
     # Of a step itself the nearest is the step.
-    usual = 10.0 * float(np.quantile(gap(steps, 4), 0.9)) + np.finfo(float).tiny
-    return lambda edges: gap(edges, 3) / usual
+    usual = np.quantile(np.asarray(tree.query(seen[steps], k=4)[0])[:, -1], 0.9)
+    gaps = np.asarray(tree.query(seen[edges], k=3)[0])[:, -1]
+    return np.asarray(gaps / (10.0 * usual + np.finfo(float).tiny))
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

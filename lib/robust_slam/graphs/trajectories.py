@@ -7,7 +7,7 @@ count. Poses in the plane are written with z = 0.
 Fields may be separated by spaces, commas or semicolons, and numbers have decimal commas beside
 semicolons. A line of names ahead of the numbers, a comment or not, tells where time, position
 and quaternion stand. Without one, whole nanoseconds and commas are EuRoC's format, whose
-quaternion begins with w: ``time x y z qw qx qy qz``. Times of 12 digits or more are
+quaternion begins with w: ``time x y z qw qx qy qz``. Times since 1970 may also be in
 milliseconds, microseconds or nanoseconds.
 
 Source: Sturm et al. 2012, "A benchmark for the evaluation of RGB-D SLAM systems"; Geiger et
@@ -21,16 +21,15 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, finite, positive
+from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam._files import write_lines
 from robust_slam.graphs import quaternions, se2, se3
-from robust_slam.graphs.doubts import Content, doubts
+from robust_slam.graphs.doubts import Content, doubts, rolled
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.group import group_of
 from robust_slam.graphs.lines import (
@@ -40,7 +39,6 @@ from robust_slam.graphs.lines import (
     Tag,
     check_near,
     is_real,
-    lines_of,
     rows_of,
     whole,
 )
@@ -51,8 +49,10 @@ from robust_slam.graphs.tagged import Edges
 _NAMES = "time", "x", "y", "z", "qx", "qy", "qz", "qw"
 _TUM, _KITTI = tuple(range(8)), tuple(range(12))
 _EUROC = (0, 1, 2, 3, 5, 6, 7, 4)
-_UNITS = {1e17: (1e9, "nanoseconds"), 1e14: (1e6, "microseconds"), 1e11: (1e3, "milliseconds")}
-"""The unit of times beyond a number, and how many of it are a second."""
+_UNITS = {1e9: "nanoseconds", 1e6: "microseconds", 1e3: "milliseconds"}
+"""How many of a unit are a second."""
+_EPOCH = 9e8, 2.5e9
+"""Since 1970 (s): a time between these in another unit is read in it."""
 _ROUNDED = 1e-3
 """Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
 
@@ -68,12 +68,6 @@ class Drive:
     times: Array | None
     notes: tuple[str, ...] = ()
     w_first: bool = False
-
-
-def is_drive(text: str) -> bool:
-    """Tell whether a text is a table: a line begins with a number, or the one below it does."""
-    firsts = [fields[0] for _, fields in islice(lines_of(text), 2)]
-    return any(is_real(re.split("[,;]", first)[0]) for first in firsts)
 
 
 def drive_of(text: str) -> Drive:
@@ -158,7 +152,7 @@ def _usual(first: Line, commas: bool) -> tuple[int, ...]:
     """Return the columns of a format that has no names; ``commas`` separate its numbers."""
     line, fields = first
     count = len(fields)
-    if commas and count >= 8 and (whole(fields[0]) or 0) > 1e15:
+    if commas and count >= 8 and _unit(float(fields[0])) == 1e9:
         return _EUROC
     if count in (8, 12):
         return _TUM if count == 8 else _KITTI
@@ -177,9 +171,12 @@ def _times(rows: Rows, column: int) -> tuple[Array, str]:
     back = np.diff(times, prepend=-np.inf) <= 0.0
     if np.any(back):
         raise rows.fault(back, "the time does not ascend; sort the lines and drop copies")
-    units = [unit for beyond, unit in _UNITS.items() if times[0] > beyond]
-    size, name = units[0] if units else (1.0, "")
-    return times / size, name
+    unit = _unit(times[0])
+    return times / unit, _UNITS.get(unit, "")
+
+
+def _unit(time: float) -> float:
+    return next((u for u in _UNITS if _EPOCH[0] < time / u < _EPOCH[1]), 1.0)
 
 
 def _kitti(rows: Rows) -> Array:
@@ -235,7 +232,7 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     if closures is not None:
         graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
         repaired, skipped = closures.repaired + len(first), closures.skipped
-        notes = (*notes, *closures.notes, *_steps_again(closures))
+        notes = (*notes, *closures.notes, *closures.copied, *_steps_again(closures))
     ids = np.arange(graph.n, dtype=np.int64)
     content = Content(graph, ids, poses=poses, w_first=drive.w_first)
     return GraphFile(
@@ -256,15 +253,22 @@ def _steps_again(closures: Edges) -> tuple[str, ...]:
 
 def _in_plane(poses: Array) -> Array:
     """Return the poses ``(n, 3)`` of a drive that stays in the plane z = constant."""
-    tilted = np.abs(poses[:, 2, :2]).max(axis=1) > _ROUNDED
-    high = np.abs(poses[:, 2, 3] - poses[0, 2, 3]) > _ROUNDED
-    if np.any(tilted | high):
+    out = _out_of_plane(poses)
+    if np.any(out):
+        remedy = "give closures in space, EDGE_SE3:QUAT"
+        if not np.any(_out_of_plane(rolled(poses, -1))):
+            remedy = "if its quaternions begin with w, write qx qy qz qw"
         raise ValueError(
-            f"closures: they are in the plane, and pose {int(np.argmax(tilted | high))} of the "
-            "trajectory is not; give closures in space, EDGE_SE3:QUAT"
+            f"closures: they are in the plane, and pose {int(np.argmax(out))} of the trajectory "
+            f"is not; {remedy}"
         )
     heading = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
     return np.column_stack([poses[:, :2, 3], heading])
+
+
+def _out_of_plane(poses: Array) -> Mask:
+    high = np.abs(poses[:, 2, 3] - poses[0, 2, 3]) > _ROUNDED
+    return np.asarray(high | np.any(np.abs(poses[:, 2, :2]) > _ROUNDED, axis=1))
 
 
 def write_tum(

@@ -59,8 +59,6 @@ _TRIMS = 2
 """So many times the closures that fit worst are left out of the chordal map."""
 _WORST = 3.0
 """A closure fits too badly if its residual is so many times the median."""
-_RIVALS = 3
-"""Fewer rejected closures are no rival."""
 _NEAR = 3.0
 """A closure within so many thresholds is near: another descent might keep it."""
 _SOME = 0.02
@@ -199,19 +197,6 @@ class Search:
                 break
         return replace(best, poses=poses, found=expected)
 
-    def rival(self, best: Candidate) -> Candidate | None:
-        """Return the map of the closures that ``best`` rejects, with its noise, if there are any.
-
-        Its arrays are about the edges that are trusted or rejected.
-        """
-        left = self.trusted | ~best.kept
-        if np.sum(left & ~self.trusted) < _RIVALS:
-            return None
-        graph = rescaled(select(self.graph, left), best.found)
-        none = np.zeros(int(left.sum()), dtype=np.bool_)
-        alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False, slips=none)
-        return next(alone._tried("DCS", np.ones(4)), None)
-
     @property
     def _joined(self) -> bool:
         """Whether closures join sessions."""
@@ -256,7 +241,7 @@ class Search:
 
     def problem(self, graph: PoseGraph) -> PoseGraphProblem:
         """Return the problem of ``graph``, where slips hold parts together and no more."""
-        return Sparing(_loosened(graph, self.slips), self.x0, self.trusted, steps=1)
+        return Sparing(loosened(graph, self.slips), self.x0, self.trusted, steps=1)
 
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
         """Return the best of the rounds of truncated least squares and noise."""
@@ -290,7 +275,7 @@ class Search:
         return best
 
 
-def _loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
+def loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
     """Return ``graph`` with edges in ``slips`` ``(m,)`` that hold its parts together, no more."""
     if not np.any(slips):
         return graph

@@ -114,8 +114,7 @@ def _clean(source: str) -> str:
 
 
 def _read(path: Path) -> Notebook:
-    value: Notebook = json.loads(path.read_text(encoding="utf-8"))
-    return value
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def grade_id_of(cell: dict[str, Any]) -> str:

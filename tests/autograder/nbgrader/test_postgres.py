@@ -19,7 +19,6 @@ from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import MAX_NAME
 from robust_slam_autograder.reading.submission import DATABASE_VARIABLE
-from sqlalchemy import URL
 
 from tests.autograder import toy
 from tests.autograder.conftest import Run
@@ -56,8 +55,7 @@ def place(request, tmp_path):
     """Where there is no gradebook yet, of each kind."""
     if request.param == "sqlite":
         return tmp_path / "shared" / "gradebook.db"
-    url: URL = request.getfixturevalue("shared")
-    return url
+    return request.getfixturevalue("shared")
 
 
 def scores(place: Location) -> dict[str, float]:

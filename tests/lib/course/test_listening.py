@@ -57,8 +57,7 @@ class Listener:
         part.press(key)
         self.page.evaluate(f"{FRAMES}.then(() => 0)")
         expect(self.picture.get_by_text("Pause")).to_have_count(0)
-        tones: list[list[float]] = self.page.evaluate("tones")
-        return tones
+        return self.page.evaluate("tones")
 
     def edge(self) -> list[float]:
         """Return the poses, the residual and the weight that the slider says."""

@@ -334,6 +334,8 @@ EUROC = (
             "qw qx qy qz, with the time in nanoseconds",
         ),
         (table(unit=1e9), "qx qy qz qw, with the time in nanoseconds"),
+        (table(names="slam:vins\nseq:1\n#Time position:x y z quaternion:x y z w"), ""),
+        (table(names="#timestamp x y z qx qy qz qw id", behind=[7]), ""),
         (table(unit=1e6), "with the time in microseconds"),
     ],
 )
@@ -402,6 +404,9 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
     plane = put(tmp_path, "EDGE_SE2 0 2 1 1 0 1 0 0 1 0 1\n", "closures.g2o")
     with pytest.raises(ValueError, match="closures: they are in the plane, and pose 1 of the tra"):
         rs.read(bent, odometry=(0.1, 0.1), closures=plane)
+    turned = put(tmp_path, TUM.replace("0 0 0 1\n", "1 0 0 0\n").replace("0 0 1 1", "1 0 0 1"))
+    with pytest.raises(ValueError, match=r"pose 2 of the .* begin with w, write qx qy qz qw"):
+        rs.read(turned, odometry=(0.1, 0.1), closures=plane)
     for option in ({"odometry": (0.1, 0.1)}, {"closures": path}):
         with pytest.raises(ValueError, match=f"{next(iter(option))}: it is for a trajectory"):
             rs.read(plane, **option)

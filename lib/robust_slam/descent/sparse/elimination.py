@@ -123,17 +123,12 @@ def find_fronts(elimination: Elimination, block: int) -> Fronts:
     order = _postorder(above)
     front, tops = np.argsort(order)[tops.searchsorted(last)], tops[order]
     sizes = height[tops]
-    rows = factor.indices[_ranges(factor.indptr[tops], sizes)]
+    each = (factor.indices[factor.indptr[top] : factor.indptr[top + 1]] for top in tops.tolist())
+    rows = np.concatenate(list(each), dtype=np.intp)
     columns = np.lexsort((_first_use(rows, sizes, last.size), front))
     below = np.split(np.argsort(columns)[rows], np.cumsum(sizes)[:-1])
     first = np.append(0, np.cumsum(np.bincount(front)))
-    return Fronts(elimination.order[columns], first, tuple(np.sort(each) for each in below))
-
-
-def _ranges(starts: Indices, sizes: Indices) -> Indices:
-    """Return the numbers from each start, as many as its size, one range after the other."""
-    offset = np.cumsum(sizes) - sizes
-    return np.asarray(np.arange(sizes.sum()) + np.repeat(starts - offset, sizes))
+    return Fronts(elimination.order[columns], first, tuple(map(np.sort, below)))
 
 
 def _first_use(rows: Indices, sizes: Indices, n: int) -> Indices:

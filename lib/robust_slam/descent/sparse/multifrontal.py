@@ -163,7 +163,7 @@ def _plans(block: int, fronts: Fronts, row: Indices, column: Indices) -> list[_P
         _Plan(columns, scalars[rows], blocks, targets[blocks], [])
         for columns, rows, blocks in zip(own, below, mine, strict=True)
     ]
-    for child, (parent, tops, sides) in _runs(block, places).items():
+    for (child, parent), (tops, sides) in _runs(block, places).items():
         square = [((t, t2), (h, h2)) for t, h in sides for t2, h2 in tops]
         plans[parent].children.append(_ExtendAdd(child, _lower(tops), square, _lower(sides)))
     return plans
@@ -207,8 +207,8 @@ def _targets(block: int, places: _Places, row: Indices, column: Indices) -> Indi
     return target
 
 
-def _runs(block: int, places: _Places) -> dict[int, tuple[int, Runs, Runs]]:
-    """Return the parent of each child front, and the runs of rows that are consecutive there.
+def _runs(block: int, places: _Places) -> dict[tuple[int, int], tuple[Runs, Runs]]:
+    """Return for each child front and its parent the runs of rows that are consecutive there.
 
     The first runs are among the parent's columns, the others among its rows below.
     """
@@ -220,12 +220,12 @@ def _runs(block: int, places: _Places) -> dict[int, tuple[int, Runs, Runs]]:
     starts = np.flatnonzero(np.diff(number, prepend=-2) != 1)
     source = starts - places.begin[child[starts]]
     sizes = np.diff(starts, append=child.size)
-    names = (child[starts], parent[starts], np.where(own, 1, 2)[starts])
+    names = (child[starts], parent[starts], ~own[starts])
     scalars = (block * place[starts], block * source, block * sizes)
-    runs: dict[int, tuple[int, Runs, Runs]] = {}
+    runs: dict[tuple[int, int], tuple[Runs, Runs]] = {}
     for one, above, part, into, at, size in np.stack([*names, *scalars], axis=1).tolist():
         pair = slice(into, into + size), slice(at, at + size)
-        runs.setdefault(one, (above, [], []))[part].append(pair)
+        runs.setdefault((one, above), ([], []))[part].append(pair)
     return runs
 
 
