@@ -228,9 +228,9 @@ class Answer:
             ends = connected_parts(self.graph.n, self.graph.edges[tree])[self.graph.edges]
             across = int(np.sum(self.kept & ~tree & (ends[:, 0] != ends[:, 1]))) - 1
             lines.append(
-                f"The odometry at {self._named(np.array([step]), names)} is off{size} by more than "
-                f"its noise explains, as {counted(across, 'closure')} across it show: it may have "
-                "slipped there or nearby, which bends the map."
+                f"The odometry at {self._named(np.array([step]), names)} is off{size} by more "
+                f"than its noise explains, as {counted(across, 'closure')} across it show: it may "
+                "have slipped there or nearby, which bends the map."
             )
         if closures.size:
             lines.append(
