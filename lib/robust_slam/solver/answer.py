@@ -229,8 +229,8 @@ class Answer:
             across = int(np.sum(self.kept & ~tree & (ends[:, 0] != ends[:, 1]))) - 1
             lines.append(
                 f"The odometry at {self._named(np.array([step]), names)} is off{size} by more "
-                f"than its noise explains, as {counted(across, 'closure')} across it show: it may have "
-                "slipped there or nearby, which bends the map."
+                f"than its noise explains, as {counted(across, 'closure')} across it show: it may "
+                "have slipped there or nearby, which bends the map."
             )
         if closures.size:
             lines.append(
