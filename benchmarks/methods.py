@@ -30,7 +30,7 @@ from robust_slam.estimators.switches import joint_switchable
 from robust_slam.graphs import PoseGraph, ate, gtsam_graph, nees, pose_graph, precision_recall
 from robust_slam.graphs.forest import find_forest, poses_along
 from robust_slam.problems import PoseGraphProblem
-from robust_slam.solver import Answer, Support, solve
+from robust_slam.solver import Support, solve
 from robust_slam_course import pipeline
 
 try:
@@ -319,16 +319,7 @@ def pcm_gnc(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
 @method(SOLVER)
 def whole(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
     """Run the library's back-end: several starts, the noise that is found, and a certificate."""
-    return _told(solve(problem.graph, PROBABILITY))
-
-
-@method("rs.solve, quick")
-def quick(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
-    """Run the library's back-end with its first start alone."""
-    return _told(solve(problem.graph, PROBABILITY, quick=True))
-
-
-def _told(answer: Answer) -> Found:
+    answer = solve(problem.graph, PROBABILITY)
     certified = answer.certificate.verdict is Verdict.CERTIFIED
     flagged = answer.support is not Support.UNIQUE
     return Found(answer.poses, answer.precise, answer.kept, certified, flagged)
@@ -354,6 +345,10 @@ for _loss, _scheduler in (("TLS", "Linear"), ("GM", "Linear"), ("TLS", "SuperLin
     _suffix = "" if _scheduler == "Linear" else f", {_scheduler}"
     GTSAM.append(f"GTSAM's GNC-{_loss}{_suffix}")
     method(GTSAM[-1])(partial(_gtsam, _loss, _scheduler))
+
+
+CONTESTED = (ORACLE, GNC, "DCS, then TLS", "Kimera-RPGO", SOLVER, GTSAM[0])
+"""The methods that answer for the worlds of tiers G to J."""
 
 
 def available() -> list[str]:

@@ -5,8 +5,6 @@ folder that others may not enter (root's home), the command gets a view of the d
 which that folder holds them alone, and may be entered.
 """
 
-from __future__ import annotations
-
 import os
 import shlex
 import stat

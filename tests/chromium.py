@@ -4,8 +4,6 @@ It is Chromium's headless shell, which draws the same pages with half of the CPU
 that fails has before it, and what its pages complained of, is kept in ``build/failed``.
 """
 
-from __future__ import annotations
-
 import functools
 import http.server
 import os
@@ -36,6 +34,7 @@ from tests.conftest import leave_out
 CHROMIUM = (
     "--no-sandbox",
     "--disable-gpu",
+    "--disable-software-rasterizer",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
@@ -130,7 +129,6 @@ def chromium() -> Iterator[tuple[BrowserType, str]]:
 
 @pytest.fixture(scope="session")
 def browser(chromium: tuple[BrowserType, str]) -> Iterator[Browser]:
-    """Chromium, as the system has it."""
     kind, path = chromium
     running = kind.launch(executable_path=path, args=list(CHROMIUM))
     yield running

@@ -4,8 +4,6 @@ Properties are tested on the same inputs each time, with ``--depth quick`` on fe
 ``--depth soak`` tries new ones, twenty times as many.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 

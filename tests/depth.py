@@ -5,8 +5,6 @@ any list: its marks tell how deep it is, and ``quick`` leaves out a test at the 
 about to start a process or a server.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Firefox as the system has it, over WebDriver BiDi, which it speaks without a driver."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -50,7 +48,6 @@ class Firefox:
         return answer["result"]
 
     def goto(self, url: str) -> None:
-        """Open an address."""
         self._ask("browsingContext.navigate", context=self._tab, url=url, wait="complete")
 
     def evaluate(self, script: str) -> Any:

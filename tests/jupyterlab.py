@@ -1,7 +1,5 @@
 """A JupyterLab of a user who has nothing set up, and a page that shows it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -104,7 +102,6 @@ def page_of(browser: Browser) -> Iterator[Page]:
 
 
 def write(cell: Locator, text: str) -> None:
-    """Replace the text of a cell."""
     cell.locator(".cm-content").click()
     cell.page.keyboard.press("Control+a")
     cell.page.keyboard.insert_text(text)
@@ -135,11 +132,9 @@ class Notebook:
 
     def read(self) -> list[dict[str, Any]]:
         """The cells of the file as it was last saved."""
-        found: list[dict[str, Any]] = json.loads(self.path.read_text("utf-8"))["cells"]
-        return found
+        return json.loads(self.path.read_text("utf-8"))["cells"]
 
     def save(self) -> list[dict[str, Any]]:
-        """Save, and give the cells."""
         with self.page.expect_response(
             lambda answer: answer.request.method == "PUT" and "/api/contents/" in answer.url
         ):

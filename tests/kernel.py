@@ -4,8 +4,6 @@ A back end that the kernel supports and that does not work is a fault, and fails
 where the kernel lacks something are they left out.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil
@@ -26,8 +24,7 @@ def free_port() -> int:
     """A port of this machine that nothing listens on, chosen by the system."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+        return probe.getsockname()[1]
 
 
 @cache

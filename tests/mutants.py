@@ -7,8 +7,6 @@ longer than ``SECONDS``. Before, every test must pass on the project as it is. W
 mutants whose file or test contains one of them are tried.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

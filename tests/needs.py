@@ -4,8 +4,6 @@ With ``--strict`` it fails, so that it takes no minutes to be told. What only a 
 as whether npm reaches its registry, it says itself by ``tests.conftest.leave_out``.
 """
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import sys

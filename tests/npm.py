@@ -1,7 +1,5 @@
 """Tools from npm that tests use: installed from a lock file into ``build``, once."""
 
-from __future__ import annotations
-
 import fcntl
 import shutil
 from pathlib import Path

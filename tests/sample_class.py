@@ -5,8 +5,6 @@
 wrote, a line for each student.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping, Sequence
@@ -100,7 +98,6 @@ def _mark(item: Mapping[str, Any] | None) -> str:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write the class, or print its marks."""
     if arguments[0] == "write":
         release, out = map(Path, arguments[1:])
         print(f"sample class: {len(write(release, out))} submissions in {out}")

@@ -9,8 +9,6 @@ The two whose feedback it shows hand in attempts of their own, which are written
 and hold no line of a solution.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys
@@ -194,7 +192,6 @@ def autograder(solutions: Path, *arguments: object) -> None:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write the class, or its pages."""
     {"write": write, "pages": pages}[arguments[0]](*map(Path, arguments[1:]))
 
 

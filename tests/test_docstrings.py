@@ -4,8 +4,6 @@ Presence of docstrings and of types is ruff's and mypy's business (rules D1 and 
 here it is what they say.
 """
 
-from __future__ import annotations
-
 import ast
 import functools
 import re
@@ -54,7 +52,7 @@ def raises(node: ast.FunctionDef) -> bool:
     return any(isinstance(inner, ast.Raise) and inner.exc for inner in ast.walk(node))
 
 
-def test_arrays_have_their_shape_in_the_docstring() -> None:
+def test_arrays_have_their_shape_in_the_docstring():
     shape = re.compile(r"``\([^)]*\)``|any shape|that shape|scalar|one (number|value|weight)")
     assert not [
         f"{path.stem}: {name}"
@@ -64,7 +62,7 @@ def test_arrays_have_their_shape_in_the_docstring() -> None:
     ]
 
 
-def test_what_a_function_raises_is_in_its_docstring() -> None:
+def test_what_a_function_raises_is_in_its_docstring():
     assert not [
         f"{path.stem}: {name}"
         for path in MODULES
@@ -73,7 +71,7 @@ def test_what_a_function_raises_is_in_its_docstring() -> None:
     ]
 
 
-def test_every_function_has_a_source_in_its_docstring_or_its_modules() -> None:
+def test_every_function_has_a_source_in_its_docstring_or_its_modules():
     source = re.compile(r"Source: |et al\. \d{4}|[A-Z]\w+ (and [A-Z]\w+ )?\d{4}|derived here")
     assert not [
         f"{path.stem}: {name}"
@@ -84,7 +82,7 @@ def test_every_function_has_a_source_in_its_docstring_or_its_modules() -> None:
     ]
 
 
-def test_the_package_says_where_everything_is() -> None:
+def test_the_package_says_where_everything_is():
     text = ast.get_docstring(ast.parse((LIB / "__init__.py").read_text(encoding="utf-8"))) or ""
     named = set(re.findall(r"``(\w+)``", text))
     modules = {p.stem for p in LIB.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}

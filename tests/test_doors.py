@@ -3,8 +3,6 @@
 Those that workflows go through are there, and open.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -25,7 +23,7 @@ from tests.autograder.ci.running import Runner, repository, scripts
 
 
 @pytest.fixture
-def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def course(tmp_path, monkeypatch):
     """A small course with the doors of this one."""
     for name in ("Makefile", "instructor.mk", ".gitignore"):
         shutil.copy(ROOT / name, tmp_path)
@@ -46,7 +44,7 @@ def contents(folder: Path) -> Mapping[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
-def test_a_graded_class_survives_make_clean_and_git_ignores_it(course: Path) -> None:
+def test_a_graded_class_survives_make_clean_and_git_ignores_it(course):
     toy.hand_in(course / "class" / "submitted", "ada", toy.answer())
     grade = ["grade", f"class/submitted/ada/{toy.NAME}", *toy.quickly()]
     for command in (grade, ["feedback"], ["report"], ["release"]):
@@ -69,7 +67,7 @@ def test_a_graded_class_survives_make_clean_and_git_ignores_it(course: Path) -> 
     assert contents(course / "class") == before
 
 
-def test_make_clean_refuses_to_delete_results_of_the_old_layout(course: Path) -> None:
+def test_make_clean_refuses_to_delete_results_of_the_old_layout(course):
     (course / "build" / "graded" / "ada").mkdir(parents=True)
     (course / "build" / "graded" / "ada" / "07-toy.json").write_text("{}")
     (course / "build" / "submitted").mkdir()
@@ -88,7 +86,7 @@ def test_make_clean_refuses_to_delete_results_of_the_old_layout(course: Path) ->
     ("goal", "made"),
     [("grade-sample", "build/sample/.submitted"), ("build/shown/.pages", ".venv/.ready")],
 )
-def test_the_sample_classes_reach_no_shared_gradebook(course: Path, goal: str, made: str) -> None:
+def test_the_sample_classes_reach_no_shared_gradebook(course, goal, made):
     """Were its address not emptied, the sample's marks would stand among real ones."""
     probe = course / "probe.mk"
     probe.write_text(f"include Makefile\n{goal}: ; @echo [$$ROBUST_SLAM_GRADEBOOK]\n")
@@ -104,9 +102,7 @@ def test_the_sample_classes_reach_no_shared_gradebook(course: Path, goal: str, m
 
 
 @pytest.mark.parametrize("works", [True, False])
-def test_the_sample_is_graded_without_a_sandbox_only_where_none_works(
-    course: Path, works: bool
-) -> None:
+def test_the_sample_is_graded_without_a_sandbox_only_where_none_works(course, works):
     tool = course / ".venv" / "bin" / "autograder"
     tool.parent.mkdir(parents=True)
     tool.write_text(f"#!/bin/sh\nexit {0 if works else 1}\n")
@@ -117,7 +113,7 @@ def test_the_sample_is_graded_without_a_sandbox_only_where_none_works(
     assert ("No sandbox works here" in done.stdout) != works
 
 
-def test_the_table_of_the_sample_has_a_line_for_each_student() -> None:
+def test_the_table_of_the_sample_has_a_line_for_each_student():
     marks = [
         {"student": "ada", "assignment": "00-one", "status": "graded", "score": 5, "max_score": 9},
         {"student": "ada", "assignment": "01-two", "status": "refused", "score": 0},
@@ -133,7 +129,7 @@ def test_the_table_of_the_sample_has_a_line_for_each_student() -> None:
 
 
 @pytest.mark.parametrize("uid", [0, 1000])
-def test_what_apt_would_install_is_said_before_it_runs(tmp_path: Path, uid: int) -> None:
+def test_what_apt_would_install_is_said_before_it_runs(tmp_path, uid):
     for name in ("sh", "ls"):
         (tmp_path / name).symlink_to(shutil.which(name) or "")
     commands = {"id": f"echo {uid}", "sudo": "exit 1", "apt-get": f"touch {tmp_path}/ran"}
@@ -150,7 +146,7 @@ def test_what_apt_would_install_is_said_before_it_runs(tmp_path: Path, uid: int)
     assert not (tmp_path / "ran").exists()
 
 
-def test_make_test_says_what_it_installs_before_it_does() -> None:
+def test_make_test_says_what_it_installs_before_it_does():
     said = make(ROOT, "--dry-run", "test").stdout
     first = said.index("make test sets up")
     assert first < said.index("It installs the") < said.index("system-packages setup-dev")
@@ -159,9 +155,7 @@ def test_make_test_says_what_it_installs_before_it_does() -> None:
     assert packages.index("system-packages.sh plan") < packages.index("system-packages.sh install")
 
 
-def test_strict_ends_at_once_where_something_is_missing(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_strict_ends_at_once_where_something_is_missing(monkeypatch, capsys):
     monkeypatch.setenv("PATH", os.devnull)
     monkeypatch.setattr(datasets, "is_here", lambda name: False)
     for depth, words in (
@@ -182,7 +176,7 @@ TEMPLATES = [template("github-course.yml"), template("github-grading.yml")]
 
 
 @pytest.mark.parametrize("text", [*TEMPLATES, *(path.read_text("utf-8") for path in OWN)])
-def test_every_make_target_that_a_workflow_names_is_there(text: str) -> None:
+def test_every_make_target_that_a_workflow_names_is_there(text):
     doors = re.findall(r'(?:run:|then) make (-C (?:build/public|"\$site") )?([\w-]+)', text)
     makefiles = [(ROOT / file).read_text("utf-8") for file in ("Makefile", "instructor.mk")]
     assert doors
@@ -194,7 +188,7 @@ def test_every_make_target_that_a_workflow_names_is_there(text: str) -> None:
 
 @pytest.mark.soak
 @pytest.mark.sandbox
-def test_this_course_grades_and_publishes_in_a_fresh_clone(tmp_path: Path, wall_name: str) -> None:
+def test_this_course_grades_and_publishes_in_a_fresh_clone(tmp_path, wall_name):
     """It installs everything anew."""
     name = answers.assignments()[0]
     known = {"inputs.submitted": "submitted", "inputs.assignment": name}

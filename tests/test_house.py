@@ -1,7 +1,5 @@
 """The rules of the house that a machine can check."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess
@@ -31,7 +29,7 @@ def tracked(tmp_path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_valid_and_holds_no_outputs(path: Path) -> None:
+def test_a_notebook_is_valid_and_holds_no_outputs(path):
     notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
     nbformat.validate(notebook)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
@@ -41,21 +39,21 @@ def test_a_notebook_is_valid_and_holds_no_outputs(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_cell_has_a_name_that_stays(path: Path) -> None:
+def test_a_cell_has_a_name_that_stays(path):
     ids = [cell["id"] for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
     assert len(set(ids)) == len(ids)
     assert all(re.fullmatch(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*", name) for name in ids)
     assert not [name for name in ids if re.fullmatch(r"[0-9a-f]{8,}", name)]
 
 
-def test_the_lock_file_pins_hashes_and_names_no_index() -> None:
+def test_the_lock_file_pins_hashes_and_names_no_index():
     text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
     pins = re.findall(r"^([A-Za-z0-9][\w.-]*)==[^\n]*\\\n((?:    --hash=[^\n]*\n)+)", text, re.M)
     assert len(pins) == len(re.findall(r"^[A-Za-z0-9][\w.-]*==", text, re.M)) > 100
     assert "://" not in text and "--index" not in text
 
 
-def test_generated_files_and_data_are_not_tracked(tmp_path: Path) -> None:
+def test_generated_files_and_data_are_not_tracked(tmp_path):
     names = tracked(tmp_path)
     assert len(names) > 100
     assert not [name for name in names if name.endswith((".g2o", ".pyc", ".db"))]
@@ -64,7 +62,7 @@ def test_generated_files_and_data_are_not_tracked(tmp_path: Path) -> None:
     assert not [name for name in written if (ROOT / name).stat().st_size > 700 * 1024]
 
 
-def test_the_readme_lists_the_chapters_that_exist() -> None:
+def test_the_readme_lists_the_chapters_that_exist():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
     files = re.findall(r"chapters/(\d\d)-", json.dumps(toc))
@@ -72,7 +70,7 @@ def test_the_readme_lists_the_chapters_that_exist() -> None:
     assert not [number for number in files if f"{number} *" not in readme]
 
 
-def test_every_make_target_in_the_readme_exists() -> None:
+def test_every_make_target_in_the_readme_exists():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     makefiles = [ROOT / "Makefile", *ROOT.glob("*.mk")]
     makefile = "\n".join(path.read_text(encoding="utf-8") for path in makefiles)

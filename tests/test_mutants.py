@@ -1,15 +1,9 @@
 """Mutants that no longer fit the project are named before any is tried."""
 
-from __future__ import annotations
-
-import pytest
-
 from tests.mutants import Mutant, main
 
 
-def test_what_no_longer_applies_or_names_no_test_is_named(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_no_longer_applies_or_names_no_test_is_named(capsys):
     here = "tests/test_mutants.py"
     gone = [
         Mutant(here, "is_gone", "", f"{here}::test_that_is_gone"),

@@ -1,7 +1,5 @@
 """What `make check` finds in the course's language."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -40,11 +38,11 @@ def course(root: Path, text: str, module: str = "") -> list[str]:
     return list(check.findings(root))
 
 
-def test_what_is_no_prose_is_not_read(tmp_path: Path) -> None:
+def test_what_is_no_prose_is_not_read(tmp_path):
     assert course(tmp_path, "One measurement is an outlier.", "crowd = {'friends': 0}\n") == []
 
 
-def test_a_planted_word_is_found_with_its_place(tmp_path: Path) -> None:
+def test_a_planted_word_is_found_with_its_place(tmp_path):
     assert course(tmp_path, "Least squares follows the lie.") == [
         "chapters/notebook.ipynb:read:1: words: 'lie'; "
         "write: outlier, wrong closure; of a place: is",
@@ -63,17 +61,17 @@ def test_a_planted_word_is_found_with_its_place(tmp_path: Path) -> None:
         "optimize",
     ],
 )
-def test_forms_phrases_and_broken_lines_are_found(planted: str) -> None:
+def test_forms_phrases_and_broken_lines_are_found(planted):
     (found,) = check.by_the_list(text.Piece("here", 1, planted))
     assert found.startswith("here:1: words: ")
 
 
 @pytest.mark.parametrize("planted", ["A Lie group", "if there\nis none", "One lie folds the map"])
-def test_allowed_phrases_stand(planted: str) -> None:
+def test_allowed_phrases_stand(planted):
     assert list(check.by_the_list(text.Piece("here", 1, planted))) == []
 
 
-def test_a_planted_fault_is_found_by_the_linter(tmp_path: Path) -> None:
+def test_a_planted_fault_is_found_by_the_linter(tmp_path):
     found = course(tmp_path, "The rest is completely full, and very unique.")
     assert [line.split(": ")[1] for line in found if "page.md:12" in line] == [
         "redundancy.misc.garner",
@@ -92,18 +90,18 @@ def test_a_planted_fault_is_found_by_the_linter(tmp_path: Path) -> None:
         'raise ValueError(f"{x} believes two")\n',
     ],
 )
-def test_docstrings_comments_and_messages_are_read(tmp_path: Path, module: str) -> None:
+def test_docstrings_comments_and_messages_are_read(tmp_path, module):
     (found,) = course(tmp_path, "A page.", module)
     assert found.startswith("lib/module.py:1: words: ")
 
 
-def test_captions_and_alternative_texts_are_read() -> None:
+def test_captions_and_alternative_texts_are_read():
     shown = {"figure": {"caption": "A lie."}, "image": {"alt": "A map."}}
     cell = {"cell_type": "code", "source": "draw()", "metadata": {"mystnb": shown}}
     assert [*text.read_by_people(cell)] == ["A lie.", "A map."]
 
 
-def test_lines_keep_their_numbers() -> None:
+def test_lines_keep_their_numbers():
     for path in check.ROOT.glob("chapters/*.md"):
         page = path.read_text("utf-8")
         assert text.markdown(page).count("\n") == page.count("\n"), path

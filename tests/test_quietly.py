@@ -1,7 +1,5 @@
 """`tools/quietly.py` keeps everything, shows little, and hides no failure."""
 
-from __future__ import annotations
-
 import os
 import pty
 import subprocess
@@ -13,7 +11,7 @@ QUIETLY = [sys.executable, str(ROOT / "tools" / "quietly.py"), "book"]
 PRINT = [sys.executable, "-c", "import sys; print(sys.argv[1]); sys.exit(int(sys.argv[2]))"]
 
 
-def test_what_is_printed_is_in_the_log_and_one_line_says_so(tmp_path: Path) -> None:
+def test_what_is_printed_is_in_the_log_and_one_line_says_so(tmp_path):
     command = [*QUIETLY, *PRINT, "\x1b[01mone\x1b[39;49;00m\ntwo", "0"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     (line,) = done.stdout.splitlines()
@@ -21,7 +19,7 @@ def test_what_is_printed_is_in_the_log_and_one_line_says_so(tmp_path: Path) -> N
     assert (tmp_path / "build" / "log" / "book.log").read_text("utf-8") == "one\ntwo\n"
 
 
-def test_a_failure_shows_early_warnings_the_cells_error_and_the_end(tmp_path: Path) -> None:
+def test_a_failure_shows_early_warnings_the_cells_error_and_the_end(tmp_path):
     report = tmp_path / "03-irls.err.log"
     report.write_text("\x1b[31mZeroDivisionError\x1b[0m: division by zero\n")
     warning = "chapters/03-irls.ipynb:7: WARNING: Unknown target [ref.ref]"
@@ -36,7 +34,7 @@ def test_a_failure_shows_early_warnings_the_cells_error_and_the_end(tmp_path: Pa
     assert any("build/log/book.log" in line for line in lines) and len(lines) < 60
 
 
-def test_progress_stays_on_one_line_of_a_terminal(tmp_path: Path) -> None:
+def test_progress_stays_on_one_line_of_a_terminal(tmp_path):
     reader, writer = pty.openpty()
     command = [*QUIETLY, *PRINT, "1 of 2" + " and more" * 100 + "\n2 of 2", "0"]
     with os.fdopen(writer, "w") as terminal:

@@ -1,7 +1,5 @@
 """What the README shows runs as it stands there."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any
@@ -19,7 +17,7 @@ README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding=
 
 
 @pytest.fixture
-def tour() -> str:
+def tour():
     (text,) = re.findall(r"```python\n(.*?)```", README, re.S)
     try:
         datasets.find("intel")
@@ -41,7 +39,7 @@ def taken(tour: str) -> dict[str, Any]:
     "seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (0, *range(2, 10)))]
 )
 @pytest.mark.long
-def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int) -> None:
+def test_the_tour_rejects_every_outlier_and_ends_certified(tour, seed):
     """It solves Intel, a public graph, with 100 outliers from several starts."""
     end = taken(tour.replace("default_rng(1)", f"default_rng({seed})"))
     answer, is_outlier = end["answer"], end["is_outlier"]
@@ -52,7 +50,7 @@ def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int)
 
 @pytest.mark.long
 @pytest.mark.rest
-def test_small_outliers_are_rejected_with_the_noise_that_is_found_alone(tour: str) -> None:
+def test_small_outliers_are_rejected_with_the_noise_that_is_found_alone(tour):
     """It solves Intel with 100 outliers twice: with the noise found and without."""
     local = tour.replace("add_random_closures", "add_local_closures")
     for code, kept in ((local, 0), (local.replace("(spoiled)", "(spoiled, find_noise=False)"), 4)):

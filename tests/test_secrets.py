@@ -5,8 +5,6 @@ every line of the real solutions, hidden regions and answers that is long enough
 told apart. The copy has a public repository, so it also shows what an address changes.
 """
 
-from __future__ import annotations
-
 import functools
 import html
 import io
@@ -16,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -31,8 +29,6 @@ pytestmark = pytest.mark.long
 
 REGION = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DOTALL)
 CANARY = "canary-4c7e"
-Lines = dict[str, set[str]]
-"""Of each file, by its path."""
 TELLING = 32
 """Shorter lines, and imports, stand in many a chapter by chance and tell nothing."""
 TELLING_OF_AN_ANSWER = 48
@@ -77,7 +73,6 @@ def secret_lines(name: str) -> frozenset[str]:
 
 
 def manual_lines() -> set[str]:
-    """Lines of the instructor's manual."""
     pages = (path.read_text("utf-8") for path in (answers.SOLUTIONS / "manual").glob("*.md"))
     lines = {line.strip() for page in pages for line in page.split("\n")}
     return {line for line in lines if len(line) >= TELLING_OF_AN_ANSWER}
@@ -126,7 +121,7 @@ def marked(files: Iterable[tuple[Path, str]]) -> list[Path]:
     return [path for path, text in files if any(mark in text for mark in MARKERS)]
 
 
-def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
+def test_the_site_holds_no_solution_and_no_hidden_test():
     assert (HTML / "index.html").is_file(), "build the site first: make book"
     secrets = {line for name in NAMES for line in secret_lines(name)} | manual_lines()
     pages = [(path, text) for path, text in files_below(HTML) if not is_runtime(path)]
@@ -147,7 +142,7 @@ def is_runtime(path: Path) -> bool:
 
 
 @pytest.mark.parametrize("place", ["lab", "wheels"])
-def test_the_runtime_holds_no_solution_and_no_hidden_test(place: str) -> None:
+def test_the_runtime_holds_no_solution_and_no_hidden_test(place):
     """Its packages and notebooks; Pyodide's own files are verified by their checksums."""
     look_for_the_runtime()
     copies = {"lab": HTML / "lab", "wheels": HTML / "python" / "wheels"}
@@ -193,7 +188,7 @@ def plant(root: Path) -> int:
 
 
 @pytest.fixture(scope="module")
-def public(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def public(tmp_path_factory):
     """The public course of a copy that has an address, and a canary in all that is private."""
     root = tmp_path_factory.mktemp("planted") / "course"
     names = tracked(answers.ROOT)
@@ -214,12 +209,14 @@ def public(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def lines(public: Path) -> Lines:
-    """The lines of each file of the public course."""
-    return {
-        path.relative_to(public).as_posix(): plain_lines(path, text)
-        for path, text in files_below(public)
-    }
+def files(public):
+    """The public course's files with their texts, read once: also what lies in archives."""
+    return list(files_below(public))
+
+
+@pytest.fixture(scope="module")
+def lines(public, files):
+    return {path.relative_to(public).as_posix(): plain_lines(path, text) for path, text in files}
 
 
 def known() -> Mapping[str, Sequence[str]]:
@@ -230,19 +227,12 @@ def known() -> Mapping[str, Sequence[str]]:
 class TestPublicCourse:
     """What ``make public`` writes, of a copy of this course in which all private is marked."""
 
-    def test_none_reaches_the_public_course(self, public: Path) -> None:
+    def test_none_reaches_the_public_course(self, files):
         """The first one waits for a copy of the repository and the public course made of it."""
-        files = dict(files_below(public))
         assert len(files) > 250
-        assert not [path for path, text in files.items() if CANARY in text]
+        assert not [path for path, text in files if CANARY in text]
 
-    def test_its_chapters_install_from_the_address(self, public: Path) -> None:
-        for path in sorted((public / "chapters").glob("*.ipynb")):
-            text = plain_lines(path, path.read_text(encoding="utf-8"))
-            assert f'where = "git+{ADDRESS}@main#subdirectory=lib"' in text
-            assert '%pip install -q "robust-slam[sdp,live] @ {where}"' in text
-
-    def test_its_assignments_carry_the_packages_and_no_canary(self, public: Path) -> None:
+    def test_its_assignments_carry_the_packages_and_no_canary(self, public):
         for name in NAMES:
             with zipfile.ZipFile(public / "assignments" / f"{name}.zip") as archive:
                 wanted = archive.read(f"{name}/requirements.txt").decode().splitlines()
@@ -253,38 +243,17 @@ class TestPublicCourse:
             with zipfile.ZipFile(io.BytesIO(wheel)) as archive:
                 assert not [n for n in archive.namelist() if CANARY.encode() in archive.read(n)]
 
-    def test_it_passes_its_own_lint(self, public: Path) -> None:
+    def test_it_passes_its_own_lint(self, public):
         """With an address the chapters have one cell more than here, where lint looks."""
         for command in (["check"], ["format", "--check"]):
             ruff = [sys.executable, "-m", "ruff", *command, "--no-cache", "."]
             done = subprocess.run(ruff, cwd=public, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stdout
 
-    @pytest.mark.soak
-    def test_its_chapters_have_launch_buttons(self, public: Path) -> None:
-        """The whole book, without a warning; ``test_launch.py`` asks it of a small one."""
-        # As its own make book does before.
-        subprocess.run([sys.executable, "-m", "tools.fonts"], cwd=public, check=True)
-        book = Path(sys.executable).with_name("jupyter-book")
-        command = [book, "build", ".", "--path-output", "built", "-W", "-n", "--keep-going"]
-        done = subprocess.run(command, cwd=public, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-        html = public / "built" / "_build" / "html"
-        repository = ADDRESS.removeprefix("https://github.com/")
-        for path in sorted((public / "chapters").glob("0*.ipynb")):
-            name = f"chapters/{path.stem}"
-            page = (html / f"{name}.html").read_text(encoding="utf-8")
-            assert set(re.findall(r'href="([^"]*(?:colab|binder)[^"]*)"', page)) == {
-                f"https://colab.research.google.com/github/{repository}/blob/main/{name}.ipynb",
-                f"https://mybinder.org/v2/gh/{repository}/main?urlpath=lab/tree/{name}.ipynb",
-            }
-            assert "find_spec" not in page, "the cell that installs is not shown"
-        assert "colab" not in (html / "chapters" / "index.html").read_text(encoding="utf-8")
-
     @pytest.mark.parametrize(("lines_of", "least"), [(secret_lines, 200), (answer_lines, 1000)])
     def test_it_holds_no_line_of_a_solution_a_hidden_test_or_an_answer(
-        self, lines: Lines, lines_of: Callable[[str], frozenset[str]], least: int
-    ) -> None:
+        self, lines, lines_of, least
+    ):
         secrets = {line for name in NAMES for line in lines_of(name)}
         assert len(lines) > 250 and len(secrets) > least
         alike = known()
@@ -296,12 +265,12 @@ class TestPublicCourse:
             for folder in (name, f"{name}.zip/{name}"):
                 assert len(lines[f"assignments/{folder}/{name}.ipynb"]) > 100
 
-    def test_it_holds_no_region_and_no_hint_in_a_notebook(self, public: Path) -> None:
-        notebooks = [(p, text) for p, text in files_below(public) if p.suffix == ".ipynb"]
+    def test_it_holds_no_region_and_no_hint_in_a_notebook(self, files):
+        notebooks = [(path, text) for path, text in files if path.suffix == ".ipynb"]
         assert len(notebooks) > 2 * len(NAMES)
         assert not marked(notebooks)
 
-    def test_it_holds_no_history_and_no_private_file(self, public: Path) -> None:
+    def test_it_holds_no_history_and_no_private_file(self, public):
         names = {path.relative_to(public).as_posix() for path in public.rglob("*")}
         for private in ("solutions", ".git", "tests/assignments", "instructor.mk", "build"):
             assert private not in names
@@ -317,7 +286,7 @@ class TestPublicCourse:
         private = {path.read_bytes() for path in paths} - {b""}
         assert not [p for p in public.rglob("*") if p.is_file() and p.read_bytes() in private]
 
-    def test_it_holds_each_assignment_twice_and_stands_on_its_own(self, public: Path) -> None:
+    def test_it_holds_each_assignment_twice_and_stands_on_its_own(self, public):
         for name in NAMES:
             folder = public / "assignments"
             with zipfile.ZipFile(folder / f"{name}.zip") as archive:
@@ -329,20 +298,18 @@ class TestPublicCourse:
         assert "Keep this repository private" not in readme and "make public" not in readme
         assert "solutions/" not in readme
 
-    def test_every_make_target_that_its_texts_name_is_there(self, public: Path) -> None:
-        makefile = (public / "Makefile").read_text(encoding="utf-8")
+    def test_every_make_target_that_its_texts_name_is_there(self, public, lines):
         named: dict[str, set[str]] = {}
-        for path, text in files_below(public):
-            is_text = path.suffix in (".md", ".ipynb", ".txt") and "tests" not in path.parts
-            if is_text and path.name != "operate.md":  # it is about the private repository
-                lines = "\n".join(plain_lines(path, text))
-                for target in re.findall(r"(?:^|`)make ([a-z]+)", lines, re.M):
-                    named.setdefault(target, set()).add(path.relative_to(public).as_posix())
+        for name, held in lines.items():
+            is_text = name.endswith((".md", ".ipynb", ".txt")) and not name.startswith("tests/")
+            if is_text and not name.endswith("operate.md"):  # it is about the private repository
+                for target in re.findall(r"(?:^|`)make ([a-z]+)", "\n".join(held), re.M):
+                    named.setdefault(target, set()).add(name)
         assert set(named) >= {"book", "test", "lab"}
-        there = set(re.findall(r"(?m)^([a-z]+):", makefile))
-        assert not {target: paths for target, paths in named.items() if target not in there}
+        there = set(re.findall(r"(?m)^([a-z]+):", (public / "Makefile").read_text("utf-8")))
+        assert not {target: names for target, names in named.items() if target not in there}
 
-    def test_every_path_that_its_readmes_name_is_there(self, public: Path) -> None:
+    def test_every_path_that_its_readmes_name_is_there(self, public):
         """Links and tables; build/ is made, and a solution tree is what graders bring."""
         for readme in (public / "README.md", public / "autograder" / "README.md"):
             text = readme.read_text(encoding="utf-8")
@@ -352,16 +319,14 @@ class TestPublicCourse:
         assert len(rows) > 4
         assert not [row for row in rows if row != "build/" and not (public / row).exists()]
 
-    def test_all_is_installed_from_the_one_address(self, public: Path) -> None:
+    def test_all_is_installed_from_the_one_address(self, public, files):
         folders = (public / "chapters", public / "assignments")
-        texts = [text for folder in folders for _, text in files_below(folder)]
+        texts = [text for path, text in files if any(map(path.is_relative_to, folders))]
         named = {found for text in texts for found in re.findall(r"git\+([^@\s]*)@", text)}
         assert named == {ADDRESS}
 
     @pytest.mark.rest
-    def test_its_tests_can_all_be_collected_and_those_of_the_house_pass(
-        self, public: Path
-    ) -> None:
+    def test_its_tests_can_all_be_collected_and_those_of_the_house_pass(self, public):
         """A second pytest imports all tests there; one that reads solutions then would fail.
 
         What these look at differs there; `make soak` runs all of its tests.
@@ -374,7 +339,7 @@ class TestPublicCourse:
         (passed, others) = re.findall(r"(\d+) passed, (\d+) deselected", done.stdout)[0]
         assert int(passed) > 5 and int(others) > 500
 
-    def test_a_line_that_somebody_adds_would_be_found(self, tmp_path: Path) -> None:
+    def test_a_line_that_somebody_adds_would_be_found(self, tmp_path):
         """The canary lives: it sees any telling line of any assignment, wherever it is put."""
         for name in NAMES:
             secret = max(secret_lines(name))

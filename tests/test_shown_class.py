@@ -1,13 +1,11 @@
 """The class on the site: its pages show what they are for, and nothing that is secret."""
 
-from __future__ import annotations
-
 import html
 import json
 import os
 import re
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -30,7 +28,7 @@ WHOLE_LINES = 16
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     """The class's folder as `make course` makes it: submitted, graded by all tests, and pages."""
     folder = tmp_path_factory.mktemp("shown") / "shown"
     wall = [] if kernel.usable() else ["--unsandboxed"]
@@ -50,8 +48,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def pages(made: Path) -> Mapping[str, str]:
-    """The pages by their paths."""
+def pages(made):
     found = sorted((made / "pages").rglob("*.*"))
     return {str(path.relative_to(made / "pages")): path.read_text("utf-8") for path in found}
 
@@ -70,16 +67,14 @@ def cases(folder: Path, student: str) -> Iterator[tuple[str, dict[str, Any]]]:
             yield f"{exercise['name']}-{case['name']}", case
 
 
-def test_there_is_feedback_of_the_two_who_wrote_their_own_and_of_no_other(
-    pages: Mapping[str, str],
-) -> None:
+def test_there_is_feedback_of_the_two_who_wrote_their_own_and_of_no_other(pages):
     """The first one waits for `make` to grade a class, write its report and its feedback."""
     feedback = [name for name in pages if name.startswith("feedback/")]
     assert feedback == [f"feedback/{student}/{name}.html" for student, name in SHOWN.items()]
     assert len(pages) == 2 + 3 + len(STUDENTS)
 
 
-def test_every_link_leads_to_a_page_or_a_chapter_of_the_site(pages: Mapping[str, str]) -> None:
+def test_every_link_leads_to_a_page_or_a_chapter_of_the_site(pages):
     site = Path("/site")
     leads = set()
     for name, page in pages.items():
@@ -93,14 +88,14 @@ def test_every_link_leads_to_a_page_or_a_chapter_of_the_site(pages: Mapping[str,
     assert {str(path.relative_to("samples")) for path in leads - chapters} == set(pages)
 
 
-def test_the_page_teach_leads_to_pages_that_are_there(pages: Mapping[str, str]) -> None:
+def test_the_page_teach_leads_to_pages_that_are_there(pages):
     source = (answers.ROOT / "chapters" / "teach.md").read_text("utf-8")
     linked = re.findall(r"\]\(\.\./samples/([^)]+)\)", source)
     assert len(linked) == 4 and set(linked) <= set(pages)
 
 
 class TestSecrets:
-    def test_the_attempts_are_no_solutions(self, made: Path) -> None:
+    def test_the_attempts_are_no_solutions(self, made):
         """No line of theirs is one of a solution, and none of their exercises passes."""
         secret = {
             "".join(line.split())
@@ -123,9 +118,7 @@ class TestSecrets:
             assert "passed" not in {exercise["status"] for exercise in result["exercises"]}
 
     @pytest.mark.parametrize("student", SHOWN)
-    def test_feedback_tells_what_the_release_tells_or_a_hint(
-        self, student: str, made: Path
-    ) -> None:
+    def test_feedback_tells_what_the_release_tells_or_a_hint(self, student, made):
         """Graded by the release, which has no hidden test, the visible cases say the same."""
         visible = dict(cases(made / "visible", student))
         source = "".join(
@@ -142,7 +135,7 @@ class TestSecrets:
             told += case["message"] in hints
         assert told > 3, "hidden checks failed too"
 
-    def test_a_page_names_no_case_that_the_release_does_not(self, made: Path) -> None:
+    def test_a_page_names_no_case_that_the_release_does_not(self, made):
         for name in TABLE:
             released = answers.source_notebook(name, made / "release")
             known = {c["metadata"].get("nbgrader", {}).get("grade_id") for c in released["cells"]}
@@ -150,9 +143,7 @@ class TestSecrets:
                 for exercise in json.loads(path.read_text("utf-8"))["exercises"]:
                     assert {f"{exercise['name']}-{c['name']}" for c in exercise["cases"]} <= known
 
-    def test_no_line_of_a_solution_a_hidden_test_or_an_answer_is_in_a_page(
-        self, pages: Mapping[str, str]
-    ) -> None:
+    def test_no_line_of_a_solution_a_hidden_test_or_an_answer_is_in_a_page(self, pages):
         """Looked for within lines too: a page has few line breaks."""
         secrets = {
             " ".join(line.split())
@@ -167,13 +158,11 @@ class TestSecrets:
         planted = f"<p>Look:</p><p><b>{html.escape(min(secrets))}</b> and more</p>"
         assert min(secrets) in text(planted)
 
-    def test_the_seed_and_the_machine_are_in_no_page(
-        self, made: Path, pages: Mapping[str, str]
-    ) -> None:
+    def test_the_seed_and_the_machine_are_in_no_page(self, made, pages):
         assert not [name for name, page in pages.items() if str(made) in page or "seed" in page]
 
 
-def test_the_report_has_all_that_the_page_teach_speaks_of(pages: Mapping[str, str]) -> None:
+def test_the_report_has_all_that_the_page_teach_speaks_of(pages):
     index = pages["report/index.html"]
     page = BeautifulSoup(index, "html.parser")
     assert [link.get_text() for link in page.select("th a[href^=students]")] == STUDENTS
@@ -188,18 +177,18 @@ def test_the_report_has_all_that_the_page_teach_speaks_of(pages: Mapping[str, st
         assert shown_class.NOTICE in text(page) and "do not publish" not in page
 
 
-def test_its_heat_map_is_the_picture_on_the_page_teach(pages: Mapping[str, str]) -> None:
+def test_its_heat_map_is_the_picture_on_the_page_teach(pages):
     assert thumbnail(pages["report/index.html"]).count("<rect ") == len(STUDENTS) * 8
 
 
-def test_feedback_shows_own_values_and_a_picture(pages: Mapping[str, str]) -> None:
+def test_feedback_shows_own_values_and_a_picture(pages):
     first, second = (pages[name] for name in pages if name.startswith("feedback/"))
     assert "Yours 2.0 Expected 1600.0" in text(first)
     assert '<circle class="dot"' in first
     assert "0/0 is NaN" in text(second) and "Yours [nan, 0.5]" in text(second)
 
 
-def test_the_pages_are_valid(made: Path, tmp_path: Path) -> None:
+def test_the_pages_are_valid(made, tmp_path):
     validator = npm.installed(test_valid_html.HERE, "html-validate")
     found = sorted((made / "pages").rglob("*.html"))
     assert test_valid_html.complaints(validator, found, tmp_path / "said.json") == []

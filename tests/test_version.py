@@ -1,10 +1,7 @@
 """A release raises one number, and the changes that were unreleased get it as their heading."""
 
-from __future__ import annotations
-
 import shutil
 from datetime import date
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +9,7 @@ from tools import version
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
+def course(tmp_path):
     for name in (*version.PLACES, version.CHANGES):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copyfile(version.ROOT / name, tmp_path / name)
@@ -22,7 +19,7 @@ def course(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_release_raises_it_everywhere(course: Path) -> None:
+def test_a_release_raises_it_everywhere(course):
     before = (course / version.CHANGES).read_text("utf-8")
     version.raise_to("7.0.0", course)
     assert version.current(course) == "7.0.0"
@@ -33,21 +30,21 @@ def test_a_release_raises_it_everywhere(course: Path) -> None:
 
 
 @pytest.mark.parametrize("number", ["0.1.0", "7.0", "v7.0.0", "7.0.0+d1"])
-def test_what_is_no_newer_version_changes_nothing(course: Path, number: str) -> None:
+def test_what_is_no_newer_version_changes_nothing(course, number):
     before = {name: (course / name).read_bytes() for name in version.PLACES}
     with pytest.raises(ValueError, match="is no version"):
         version.raise_to(number, course)
     assert before == {name: (course / name).read_bytes() for name in version.PLACES}
 
 
-def test_there_is_no_release_without_a_change(course: Path) -> None:
+def test_there_is_no_release_without_a_change(course):
     version.raise_to("7.0.0", course)
     with pytest.raises(ValueError, match=r"CHANGELOG\.md names no change"):
         version.raise_to("7.0.1", course)
     assert version.current(course) == "7.0.0"
 
 
-def test_files_that_disagree_are_named(course: Path) -> None:
+def test_files_that_disagree_are_named(course):
     place = course / "CITATION.cff"
     place.write_text(place.read_text("utf-8").replace(version.current(), "0.0.1"), "utf-8")
     with pytest.raises(ValueError, match=r"CITATION\.cff"):

@@ -36,20 +36,15 @@ HINTS = "For a hint on what did not pass, add --hints {}."
 def check(notebook: str) -> None:
     """Run the visible tests of a saved notebook, and print what ``autograder check`` prints.
 
-    Below it are hints for what did not pass, each behind a click.
-
-    Args:
-        notebook: its path, for example "05-gnc.ipynb" in the working folder.
+    Below it are hints for what did not pass, each behind a click. The notebook is named by its
+    path, for example "05-gnc.ipynb" in the working folder.
     """
     try:
         result, tests = run(Path(notebook))
-        _show(clicks.html(result, tests.config.hints))
     except AutograderError as error:
         print(f"autograder: {log_line(str(error))}", file=sys.stderr)
-
-
-def _show(page: str) -> None:
-    """Show a piece of a page below the cell, where there is one."""
+        return
+    page = clicks.html(result, tests.config.hints)
     if page and "IPython" in sys.modules:
         from IPython.core.getipython import get_ipython
         from IPython.display import HTML, display
@@ -99,9 +94,8 @@ def run(
     result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
-    if hints is not None and any(
-        len(tests.config.hints.get(one, ())) > hints for one in lines.failed
-    ):
+    more = max((len(tests.config.hints.get(one, ())) for one in lines.failed), default=0)
+    if hints is not None and hints < more:
         print(HINTS.format(hints + 1))
     print(terminal.check_end(result, tests.hidden_cases))
     return result, tests
@@ -123,10 +117,9 @@ class _Lines:
         if exercise.status != "passed":
             called = called_by(tests.names_of(name), self._sources)
             guilty = [one for one in self.failed if called.intersection(tests.names_of(one))]
-            because = [
-                f"\n{name} calls {one}, which does not pass: begin there." for one in guilty
-            ]
-            exercise = replace(exercise, message="".join([exercise.message, *because[:1]]))
+            for one in guilty[:1]:
+                because = f"{name} calls {one}, which does not pass: begin there."
+                exercise = replace(exercise, message=f"{exercise.message}\n{because}")
             self.failed.append(name)
         place, hints = tests.config.place(name), tests.config.hints.get(name, ())[: self._hints]
         line = terminal.check_line(exercise, tests.hidden_cases, place, hints)
@@ -143,9 +136,6 @@ def _released(path: Path, release: Path | None) -> tuple[Path, Assignment]:
 
     It is the given one, else the notebook's own; or one in there that is named as the notebook
     begins, for in the browser notebooks are side by side, and copies have longer names.
-
-    Raises:
-        WrongUse: there is none.
     """
     if release is not None and not release.is_dir():
         raise WrongUse(f"There is no folder {release}: --release DIR names the release's.")

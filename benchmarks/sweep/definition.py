@@ -1,4 +1,4 @@
-"""The list of runs: which graphs, which outliers, how many, how often, in six tiers.
+"""The list of runs: which graphs, which outliers, how many, how often, in ten tiers.
 
 A world is a graph with outliers; all methods answer for the same worlds. A generated graph is
 drawn anew for each seed, and its truth is known. Of a public one a part of the closures is
@@ -12,6 +12,7 @@ wrong ones; all others add outliers, so that 90 % are nine for each correct clos
 - D: the same worlds with odometry that slips or has more noise than it claims.
 - E: one group of aliased closures, of half to twice as many as there are inliers.
 - F: large public graphs, and a town where a place recogniser confuses corners that look alike.
+- G to J: contests about a part of the map (``contests``), for a few methods.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ from benchmarks import methods
 from benchmarks.methods import Made
 from benchmarks.sweep import seal
 from benchmarks.sweep.changes import CHANGES, changed
+from benchmarks.sweep.contests import CONTESTS, contest, misread
 
 VERSION = 3
 """Raise it when other code in this file gives the same world other measurements."""
@@ -55,11 +57,15 @@ LOST = 0.4
 """ATE (m) above which a map counts as lost."""
 PERCENTS = (10, 30, 50, 70, 90)
 KINDS = ("random", "local", "group", "consistent", "spoiled")
-TIERS = ("A", "B", "C", "D", "E", "F")
+TIERS = ("A", "B", "C", "D", "E", "F", *CONTESTS)
 EVERY = 9
 """Tiers C and D take every ninth world of A."""
 ALIASED = {33: 10, 50: 20, 60: 30, 67: 40}
 """Tier E: percent of outliers, and the size of their one group beside 20 inliers."""
+CONTEST_SEEDS = 2
+"""Tiers G to J: worlds of each contest. Constants may be chosen on seeds 0 to 99."""
+_OWN = 49
+"""Worlds of these tiers have nothing in common with those of the same seed in others."""
 LOOK_ALIKE = (10, 30, 50)
 """Tier F: percent of the town's crossings that look like another one."""
 
@@ -161,6 +167,12 @@ def _large() -> Iterator[World]:
         yield from (World(name, "random", percent, 0, "F") for percent in LARGE_PERCENTS)
 
 
+def _contested(tier: str) -> Iterator[World]:
+    for seed in range(CONTEST_SEEDS):
+        for graph in ("CSAIL", "intel") if tier == "I" else ("manhattan",):
+            yield from (World(graph, "contest", 0, seed, tier, it) for it in CONTESTS[tier])
+
+
 _TIERS: dict[str, Callable[[], Iterator[World]]] = {
     "A": _tuning,
     "B": _sealed,
@@ -168,11 +180,14 @@ _TIERS: dict[str, Callable[[], Iterator[World]]] = {
     "D": partial(_changed, "D"),
     "E": _aliased,
     "F": _large,
+    **{tier: partial(_contested, tier) for tier in CONTESTS},
 }
 
 
 def entered(world: World) -> list[str]:
     """Return the methods of a world: starts other than odometry are a question of tier A."""
+    if world.tier in CONTESTS:
+        return list(methods.CONTESTED)
     return list(methods.METHODS) if world.tier == "A" else methods.FIRST
 
 
@@ -182,6 +197,8 @@ def make(world: World) -> Made:
     Raises:
         DatasetMissing: a public graph is not on this machine.
     """
+    if world.tier in CONTESTS:
+        return _contest(world)
     # The graph of a seed is the same for all kinds, rates and changes.
     of_graph, of_outliers, of_change = np.random.default_rng(world.seed).spawn(3)
     if world.graph == "town":
@@ -197,6 +214,14 @@ def make(world: World) -> Made:
 
 def _plan(world: World) -> Plan:
     return {"E": FEW, "F": LARGE}.get(world.tier, PLANS)[world.graph]
+
+
+def _contest(world: World) -> Made:
+    rng = np.random.default_rng([world.seed, _OWN])
+    if world.tier != "I":
+        return contest(world.tier, world.change, rng)
+    graph = datasets.load(world.graph)
+    return misread(graph, world.change, gauss_newton(graph, start.chordal(graph)), rng)
 
 
 def _without_outliers(world: World, rng: np.random.Generator) -> tuple[PoseGraph, Array]:

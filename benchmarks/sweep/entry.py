@@ -44,7 +44,7 @@ _VERTICES = {"VERTEX_SE2": 3, "VERTEX_SE3:QUAT": 7}
 def name_of(world: World) -> str:
     """Return the name of a world's file, such as ``A-manhattan-random-10-0``."""
     parts = [world.tier, *map(str, world[:4]), world.change]
-    return "-".join(part for part in parts if part).replace(" ", "_")
+    return "-".join(part for part in parts if part).replace(" ", "_").replace(":", "_")
 
 
 def write_worlds(folder: Path, chosen: Sequence[World]) -> None:

@@ -78,7 +78,7 @@ def text(runs: Iterable[Run], before: Iterable[Row] = ()) -> str:
 def tiers(runs: Iterable[Run], before: Iterable[Row] = ()) -> str:
     """Return the table of all tiers as CSV, a row for each tier, part and method.
 
-    The part of C and D is what was changed, of E the percent of outliers, of F the graph.
+    The part of C, D and G to J is what was changed, of E the percent of outliers, of F the graph.
     ``low`` and ``high`` are the 95 % interval of Wilson for the share of close maps, ``won``
     and ``lost`` the worlds where this method alone, or ``rs.solve`` alone, has one. ``nees`` is
     the mean of close maps, ``cpu`` the sum in seconds and ``cpu_ratio`` its ratio to GNC-TLS in

@@ -216,7 +216,7 @@ function showAnswer() {
   say("verdict").dataset.trusted = solved.trusted;
   table(say("found"), solved.rows);
   list(say("notes"), solved.notes);
-  show("quick", solved.quick);
+  show("late", solved.late);
 }
 
 function save(kind) {

@@ -20,7 +20,7 @@ import robust_slam as rs
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.descent import start
 from robust_slam.estimators import irls, kernels
-from robust_slam.graphs import PoseGraph, add_random_closures, files, g2o, manhattan, sphere
+from robust_slam.graphs import PoseGraph, add_random_closures, g2o, manhattan, sphere
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import relative_poses, residual_norms, residuals_of
@@ -35,8 +35,6 @@ Tell = Callable[[str], object]
 
 MANY = 20_000
 """With more edges the page first says how to do it outside of a browser."""
-HEAVY = {2: 10_000, 3: 2_000}
-"""With more edges in the plane and in space one descent alone is made at first."""
 SECONDS = 20.0
 """The search ends after so long; a thorough one after ten times as long."""
 PLAIN_SECONDS = 2.0
@@ -49,7 +47,7 @@ HERE = (
     (r'with unknown="skip"', "under Options"),
     (r'read with indefinite="nearest" or "isotropic"', "choose what to take under Options"),
     (r"odometry=\(0.05, 0.01\) in m and rad", "0.05 m and 0.01 rad, under Options"),
-    (r"--closure (\S+), or False in is_odometry", r"write \1 under Options"),
+    (r"--closure (\S+), or False in is_odometry \(entry \d+\)", r"write \1 under Options"),
 )
 """Remedies of the library as the page has them."""
 
@@ -98,7 +96,7 @@ def read(given: Given, tell: Tell) -> dict[str, Any]:
     return {
         "name": str(path),
         "rows": rows_of(graph.summary(), 10),
-        "remarks": [here(words) for words in (*file.remarks(), *leaps(file))],
+        "remarks": [here(words) for words in file.remarks()],
         "command": command(CASES[0]),
         "many": len(graph.edges) > MANY,
         "edges": len(graph.edges),
@@ -136,14 +134,6 @@ def here(words: str) -> str:
     return words
 
 
-def leaps(file: GraphFile) -> list[str]:
-    """Return a sentence about odometry across a gap in the ids, if there is some."""
-    if not file.leaps.size:
-        return []
-    i, j = file.names[file.graph.edges[file.leaps[0]]]
-    return [files.leap_words(file, f"write {i}-{j} under Options")]
-
-
 def rows_of(table: str, width: int) -> list[tuple[str, str]]:
     """Return the lines of a table of the library as pairs of a name and words."""
     return [(line[:width].strip(), line[width:].strip()) for line in table.splitlines()]
@@ -153,9 +143,8 @@ def solve(given: Given, tell: Tell) -> dict[str, Any]:
     """Solve the case, and return all that the page shows of it; ``thorough`` takes longer."""
     case, thorough = CASES[0], bool(given.get("thorough"))
     graph, names = case.file.graph, case.file.names
-    quick = not thorough and len(graph.edges) > HEAVY[graph.group.DIMENSION]
     seconds = SECONDS * (10 if thorough else 1)
-    answer = rs.solve(graph, quick=quick, max_seconds=seconds, progress=tell)
+    answer = rs.solve(graph, max_seconds=seconds, progress=tell)
     CASES[0] = case = replace(case, answer=answer)
     tell("the map of least squares is found")
     plain = least_squares(graph)
@@ -168,7 +157,7 @@ def solve(given: Given, tell: Tell) -> dict[str, Any]:
         and answer.support is Support.UNIQUE
         and not case.file.doubts,
         "notes": [*notes, *noise_told(answer), *swapped_told(case)],
-        "quick": quick,
+        "late": answer.late and not thorough,
         "axes": ["xyz"[axis] for axis in axes],
         "robust": seen(graph, answer.poses, axes),
         "plain": seen(graph, plain, axes),
@@ -179,7 +168,7 @@ def solve(given: Given, tell: Tell) -> dict[str, Any]:
         "trunk": trunk(answer).tolist(),
         "about": about(case),
         "size": np.round(tested(answer), 3).tolist(),
-        "python": python(case, quick),
+        "python": python(case),
         "command": command(case),
         "files": written(case),
     }
@@ -210,7 +199,7 @@ def wider(answer: Answer, tell: Tell) -> tuple[str, Answer] | None:
     words = "with deviations ten times as large"
     tell(f"the graph is read {words}")
     coarse = replace(graph, information=graph.information / 100.0)
-    other = rs.solve(coarse, quick=True, max_seconds=SECONDS)
+    other = rs.solve(coarse, max_seconds=SECONDS)
     return (words, other) if 2 * other.rejected.size <= rejected else None
 
 
@@ -272,8 +261,8 @@ def reasons(answer: Answer) -> list[str]:
     words[~answer.kept & near] = f"rejected: it was beyond {limit} when the closures were chosen."
     words[answer.graph.is_odometry] = "kept, since odometry is trusted."
     words[answer.bridges.edges] = "trusted, because it joins two sessions."
-    alone = answer.bridges.unconfirmed
-    words[alone] = "trusted, because it joins two sessions; nothing confirms it."
+    alone = [one.edge for one in answer.lone]
+    words[alone] = "kept; a part of the map rests on this place alone."
     words[answer.slips] = "given up: the odometry slipped here."
     if answer.rival is not None:
         words[answer.rival & ~answer.kept] = "rejected; a rival map as good as this one keeps it."
@@ -330,7 +319,7 @@ def written(case: Case) -> dict[str, str]:
     return texts
 
 
-def python(case: Case, quick: bool) -> str:
+def python(case: Case) -> str:
     """Return the lines of Python that do the same."""
     given = "".join(f", {name}={value!r}" for name, value in case.options.items())
     lines = [
@@ -338,7 +327,7 @@ def python(case: Case, quick: bool) -> str:
         "from robust_slam.graphs import g2o",
         "",
         f"file = rs.read({str(case.path)!r}{given})",
-        f"answer = rs.solve(file.graph{', quick=True' if quick else ''})",
+        "answer = rs.solve(file.graph)",
         'print(file.summary(), answer.summary(file.names), sep="\\n\\n")',
         f"g2o.write({case.path.stem + '-clean.g2o'!r}, answer.clean, answer.poses, file.ids)",
     ]

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 Indices: TypeAlias = NDArray[np.intp]
+Ids: TypeAlias = NDArray[np.int64]
+"""What a file calls its poses, such as GTSAM's keys; ``intp`` has 32 bits in a browser."""
 
 
 def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:

@@ -20,7 +20,8 @@ from robust_slam._files import write_lines
 from robust_slam._words import counted
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
-from robust_slam.graphs import files, g2o
+from robust_slam.graphs import g2o
+from robust_slam.graphs.files import find
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.trajectories import write_kitti, write_tum
@@ -39,7 +40,6 @@ _HERE = {
     "odometry=(0.05, 0.01) in m and rad": "--odometry 0.05 0.01 in m and rad",
 }
 """Remedies of the library in the syntax of the command."""
-_LOG = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -86,8 +86,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument(
         "file",
         metavar="FILE",
-        help="a graph of g2o, TORO or PyFactorGraph, a trajectory of TUM or KITTI, or the name of "
-        "a public graph",
+        help="a graph of g2o, TORO or PyFactorGraph, a trajectory of TUM, KITTI or EuRoC, or the "
+        "name of a public graph",
     )
     command.add_argument(
         "--closures", type=Path, metavar="FILE", help="loop closures of a trajectory, lines of g2o"
@@ -153,8 +153,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--readings",
         action="store_true",
-        help="ask as well whether fewer closures are rejected with i and j of edges swapped, or "
-        "with rotations of the other sense",
+        help="ask as well whether fewer closures are rejected with i and j of edges swapped, "
+        "rotations of the other sense, or quaternions that begin with w",
     )
     command.add_argument("--quiet", action="store_true", help="show no progress")
     command.set_defaults(run=_solve)
@@ -199,7 +199,7 @@ def _edge(text: str) -> tuple[str, str]:
 
 
 def _solve(options: argparse.Namespace) -> int:
-    path = files.find(options.file)
+    path = find(options.file)
     for name in ("out", "clean", "plot", "rejected"):
         _check_target(f"--{name}", getattr(options, name), path)
     file = _read(path, options)
@@ -247,11 +247,7 @@ def _read(path: Path, options: argparse.Namespace) -> GraphFile:
         if not np.any(named):
             raise ValueError(f"--closure {i}-{j}: no odometry joins these ids; drop the option")
         odometry &= ~named
-    file = dataclasses.replace(file, graph=dataclasses.replace(file.graph, is_odometry=odometry))
-    if file.leaps.size:
-        i, j = file.names[file.graph.edges[file.leaps[0]]]
-        _LOG.warning("%s: %s", path, files.leap_words(file, f"add --closure {i}-{j}"))
-    return file
+    return dataclasses.replace(file, graph=dataclasses.replace(file.graph, is_odometry=odometry))
 
 
 def _print_reading(answer: Answer, options: argparse.Namespace) -> None:

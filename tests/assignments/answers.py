@@ -6,15 +6,17 @@ are written.
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.reading.labelled import Answer, read
-
-from tests.assignments.mutation import equivalents
+from robust_slam_autograder.reading import assignment as assignment_module
+from robust_slam_autograder.reading import labelled
+from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading.labelled import Answer
 
 ROOT = Path(__file__).resolve().parents[2]
 SOLUTIONS = ROOT / "solutions"
@@ -28,8 +30,13 @@ def assignments() -> list[str]:
 
 def answers(assignment: str) -> list[Answer]:
     """Return all answers to an assignment, in the order of the files and in theirs."""
-    files = sorted((ANSWERS / assignment).glob("*.toml"))
-    return [answer for path in files if path.name != equivalents.FILE for answer in read(path)]
+    return [one for path in labelled.files(ANSWERS / assignment) for one in labelled.read(path)]
+
+
+@functools.cache
+def load(name: str) -> Assignment:
+    """Read an assignment as the grader does."""
+    return assignment_module.load(SOLUTIONS / name / f"{name}.ipynb")
 
 
 def source_notebook(assignment: str, tree: Path = SOLUTIONS) -> dict[str, Any]:

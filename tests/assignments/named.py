@@ -18,7 +18,6 @@ from collections.abc import Iterator
 
 from robust_slam_autograder.misconceptions import candidates, survey, tables
 from robust_slam_autograder.misconceptions.bench import Setting
-from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.labelled import Answer
 
 from tests.assignments import answers
@@ -29,8 +28,7 @@ Named = tuple[Answer, str, str]
 
 def named(name: str, exercise: str) -> Iterator[Named]:
     """Name the wrong answers to an exercise that a visible case stops."""
-    path = answers.SOLUTIONS / name / f"{name}.ipynb"
-    setting = Setting(path, assignment_module.load(path))
+    setting = Setting(answers.SOLUTIONS / name / f"{name}.ipynb", answers.load(name))
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
     choice = functools.partial(candidates.candidates, exercise=exercise, answers=mine)
     found = [(one, shape.keys()) for one, shape in survey.shapes_of(setting, exercise, choice)]

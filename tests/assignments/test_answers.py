@@ -10,8 +10,6 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.grading import wording
 from robust_slam_autograder.grading.results import ExerciseResult
-from robust_slam_autograder.publishing.student_release import release
-from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
@@ -37,7 +35,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @cache
 def load(name: str) -> Assignment:
     """An assignment; what any answer imports is there before it runs."""
-    found = assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+    found = answers.load(name)
     modules = {each for one in answers.answers(name) for each in imported_modules(one.source)}
     return replace(found, libraries=tuple(sorted({*modules, *found.libraries})))
 
@@ -111,14 +109,6 @@ def test_wrong_answers_lose_where_they_say(
                 f"{answer.name} for {answer.exercise} is stopped by a visible check: "
                 f"write stopped_by = {stopped[0]!r} in place of caught_by"
             )
-
-
-@pytest.fixture(scope="module")
-def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All assignments as students get them."""
-    folder = tmp_path_factory.mktemp("released")
-    release(answers.SOLUTIONS, [], folder)
-    return folder
 
 
 @pytest.mark.sandbox

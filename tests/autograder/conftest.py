@@ -1,9 +1,6 @@
 """What tests of the commands share: a small course, and a way to run a command on it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from robust_slam_autograder import cli
@@ -14,7 +11,7 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
+def course(tmp_path):
     """A source tree of one assignment, and the right answers of two students."""
     toy.make_tree(tmp_path)
     for student in ("ada", "bob"):
@@ -23,7 +20,7 @@ def course(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def autograder(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Run:
+def autograder(tmp_path, capfd):
     """Run a command on the test's own source tree: exit status, output, errors."""
 
     def run(*arguments: object) -> tuple[int, str, str]:

@@ -1,7 +1,5 @@
 """Correct submissions of any assignment, each unusual in one way and each right."""
 
-from __future__ import annotations
-
 import json
 from copy import deepcopy
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Kills a process alone, and sees that what it started ends with it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -4,8 +4,6 @@
 them take minutes.
 """
 
-from __future__ import annotations
-
 import sys
 
 from tests.mutants import Mutant, main

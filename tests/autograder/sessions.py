@@ -1,7 +1,5 @@
 """Sessions of a few cells, for the grader's own tests."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Sequence
 from typing import Any

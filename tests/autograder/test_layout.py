@@ -1,10 +1,7 @@
 """Results that lie where a class was kept before are never passed over in silence."""
 
-from __future__ import annotations
-
 import re
 import subprocess
-from pathlib import Path
 
 import pytest
 from robust_slam_autograder import cli, layout
@@ -28,16 +25,14 @@ def commands() -> dict[str, list[str]]:
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
+def course(tmp_path):
     """A course with results where they were kept before."""
     (tmp_path / "build" / "graded" / "ada").mkdir(parents=True)
     (tmp_path / "build" / "submitted").mkdir()
     return tmp_path
 
 
-def test_every_command_names_the_move_and_goes_on_after_it(
-    course: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_command_names_the_move_and_goes_on_after_it(course, capsys, monkeypatch):
     monkeypatch.chdir(course)
     toy.make_tree(course)
     toy.hand_in(course / "submitted", "ada", toy.answer())
@@ -61,7 +56,7 @@ def test_every_command_names_the_move_and_goes_on_after_it(
     layout.refuse_unmoved(layout.GRADED, course)
 
 
-def test_a_folder_that_was_made_beside_it_is_not_overwritten(course: Path) -> None:
+def test_a_folder_that_was_made_beside_it_is_not_overwritten(course):
     (course / "class" / "graded").mkdir(parents=True)
     (course / "class" / "submitted" / "ada").mkdir(parents=True)
     with pytest.raises(WrongUse) as refused:

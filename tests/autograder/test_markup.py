@@ -1,7 +1,5 @@
 """Other people's text: readable, and without power over a page, a table or a terminal."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Callable
 
@@ -52,7 +50,7 @@ def acts(letter: str) -> bool:
         ("\U000e0041", "\\U000e0041"),
     ],
 )
-def test_what_acts_is_written_as_its_code(text: str, shown: str) -> None:
+def test_what_acts_is_written_as_its_code(text, shown):
     assert markup.visible(text) == shown
 
 
@@ -67,17 +65,17 @@ def test_what_acts_is_written_as_its_code(text: str, shown: str) -> None:
         ("std::vector ## a [b]", "std::vector ## a [b]"),
     ],
 )
-def test_no_ci_service_obeys_a_line(text: str, shown: str) -> None:
+def test_no_ci_service_obeys_a_line(text, shown):
     assert markup.one_line(text) == shown
     assert markup.log_line(text.strip()) == shown
 
 
-def test_a_name_in_a_message_stays_on_its_line() -> None:
+def test_a_name_in_a_message_stays_on_its_line():
     assert markup.log_line("a\n::b\t c\x1b") == "a\\n::b\\t c\\x1b"
 
 
 @for_any_text
-def test_nothing_that_acts_is_left_and_all_else_stays(text: str) -> None:
+def test_nothing_that_acts_is_left_and_all_else_stays(text):
     shown = markup.visible(text)
     assert not any(acts(letter) for letter in shown if letter not in "\n\t")
     assert shown.encode("utf-8").decode("utf-8") == shown
@@ -87,14 +85,14 @@ def test_nothing_that_acts_is_left_and_all_else_stays(text: str) -> None:
 
 
 @for_any_text
-def test_a_span_is_one_span_and_holds_the_text(text: str) -> None:
+def test_a_span_is_one_span_and_holds_the_text(text):
     plain = markup.one_line(text)
     wanted = [("text", "a "), ("code_inline", plain), ("text", " b")]
     assert not plain or spans(f"a {markup.code(text)} b") == wanted
 
 
 @for_any_text
-def test_a_cell_stays_one_cell(text: str) -> None:
+def test_a_cell_stays_one_cell(text):
     table = f"| a | b |\n| --- | --- |\n| {markup.cell(text)} | end |\n"
     cells = [token for token in GITHUB.parse(table) if token.type == "inline"]
     plain = markup.one_line(text).replace("|", "¦")
@@ -106,6 +104,6 @@ def test_a_cell_stays_one_cell(text: str) -> None:
 @pytest.mark.parametrize(
     "words", ["The four costs", "*c* < 1 | <b> [x](y) `z` ‖u‖² & $c$ \\", "a_b"]
 )
-def test_an_instructors_words_are_shown_as_they_are(words: str) -> None:
+def test_an_instructors_words_are_shown_as_they_are(words):
     assert "".join(content for _, content in spans(markup.prose(words))) == words
     assert {kind for kind, _ in spans(markup.prose(words))} <= {"text", "text_special"}

@@ -1,7 +1,5 @@
 """The grader's README speaks of every command."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from pathlib import Path
@@ -13,13 +11,12 @@ TEXT = README.read_text(encoding="utf-8")
 
 
 def declared() -> set[str]:
-    """The commands' names."""
     commands = argparse.ArgumentParser().add_subparsers()
     declare(commands)
     return set(commands.choices)
 
 
-def test_every_command_has_a_line_in_the_overview_and_its_exit_statuses_in_the_table() -> None:
+def test_every_command_has_a_line_in_the_overview_and_its_exit_statuses_in_the_table():
     overview = re.findall(r"^autograder ([a-z-]+)", TEXT, re.M)
     rows = TEXT.split("\n| exit status |")[1].split("\n\n")[0].splitlines()[2:]
     listed = [name for row in rows for name in re.findall(r"`([a-z-]+)`", row.split("|")[1])]

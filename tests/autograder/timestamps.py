@@ -1,7 +1,5 @@
 """What may lie where nbgrader writes when a submission was handed in, and holds no time."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

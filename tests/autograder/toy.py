@@ -1,7 +1,5 @@
 """A small assignment and submissions of it, made for the grader's own tests."""
 
-from __future__ import annotations
-
 import functools
 import json
 import tempfile
@@ -84,8 +82,6 @@ assert last == 81 * start and len(history) == 5, f"hidden start {start}"
 
 
 class Broken:
-    """A back end that does not work here."""
-
     name = "broken"
 
     def problem(self) -> str:
@@ -112,7 +108,6 @@ def cell(source: str, grade_id: str | None = None, **fields: Any) -> dict[str, A
 
 
 def notebook(cells: list[dict[str, Any]]) -> dict[str, Any]:
-    """A notebook of these cells."""
     kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
     metadata = {"kernelspec": kernel}
     return {"nbformat": 4, "nbformat_minor": 5, "metadata": metadata, "cells": cells}
@@ -147,7 +142,6 @@ def source_notebook(**sources: str) -> dict[str, Any]:
 
 
 def write(path: Path, value: dict[str, Any]) -> Path:
-    """Write a notebook's JSON."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(value), encoding="utf-8")
     return path
@@ -189,9 +183,7 @@ def hand_in(folder: Path, student: str, value: dict[str, Any]) -> Path:
 
 
 def result(out: Path, student: str) -> dict[str, Any]:
-    """A student's result file."""
-    value: dict[str, Any] = json.loads((out / student / f"{NAME}.json").read_text("utf-8"))
-    return value
+    return json.loads((out / student / f"{NAME}.json").read_text("utf-8"))
 
 
 def hidden_inputs(seed: int) -> list[str]:
@@ -215,7 +207,6 @@ def assignment(
 
 
 def submission(value: dict[str, Any], tests: Assignment) -> Submission:
-    """A submission as the grader reads it."""
     return collect(notebook_module.parse(json.dumps(value).encode(), "toy.ipynb"), tests)
 
 

@@ -1,14 +1,12 @@
 """The methods of the sweep, and their budget."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.estimators import chi_square_threshold, gnc
 from robust_slam.problems import PoseGraphProblem
 
 from benchmarks import methods
-from benchmarks.methods import ORACLE, Budgeted, Made, counted
+from benchmarks.methods import ORACLE, Budgeted, counted
 from benchmarks.sweep.definition import World, make
 
 C = chi_square_threshold(0.99, 3)
@@ -17,17 +15,17 @@ HARD = World("manhattan", "random", 50, 0)
 
 
 @pytest.fixture(scope="module")
-def easy() -> Made:
+def easy():
     return make(EASY)
 
 
 @pytest.fixture(scope="module")
-def problem() -> PoseGraphProblem:
+def problem():
     return PoseGraphProblem(make(HARD).graph, steps=1)
 
 
 @pytest.mark.parametrize("name", methods.available())
-def test_each_method_scores_an_easy_world_within_its_budget(name: str, easy) -> None:
+def test_each_method_scores_an_easy_world_within_its_budget(name, easy):
     score = methods.run(name, easy)
     assert np.isfinite(score.ate)
     assert 0 < score.ate < 10
@@ -39,15 +37,13 @@ def test_each_method_scores_an_easy_world_within_its_budget(name: str, easy) -> 
         assert (score.solves == 0) == (name == "dead reckoning")
 
 
-def test_the_oracle_solves_without_the_outliers(easy) -> None:
+def test_the_oracle_solves_without_the_outliers(easy):
     best = methods.run(ORACLE, easy)
     assert (best.precision, best.recall) == (1.0, 1.0)
     assert best.ate < methods.run("least squares", easy).ate
 
 
-def test_a_spent_budget_leaves_the_map_as_it_is(
-    monkeypatch: pytest.MonkeyPatch, problem: PoseGraphProblem
-) -> None:
+def test_a_spent_budget_leaves_the_map_as_it_is(monkeypatch, problem):
     monkeypatch.setattr(methods, "SOLVES", 7)
     with counted() as count:
         short = Budgeted(problem.graph, count)

@@ -1,12 +1,10 @@
 """The table of NEES: its band, what it counts, and maps of which nothing is claimed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from benchmarks import nees
-from benchmarks.nees import Row, Setting
+from benchmarks.nees import Row
 
 
 def test_the_band_is_that_of_the_chi_square_distribution() -> None:
@@ -18,7 +16,7 @@ def test_the_band_is_that_of_the_chi_square_distribution() -> None:
 
 
 @pytest.mark.parametrize("setting", nees.SETTINGS[:3], ids=lambda setting: setting.name)
-def test_a_row_has_the_errors_of_its_worlds(setting: Setting) -> None:
+def test_a_row_has_the_errors_of_its_worlds(setting):
     row = nees.measure(setting, 4, seed=7)
     assert row.freedom == (6 if "sphere" in setting.name else 3)
     assert np.all(row.unique) and row.kept == 0
@@ -27,7 +25,7 @@ def test_a_row_has_the_errors_of_its_worlds(setting: Setting) -> None:
     assert 0.2 < np.mean([row.drawn, row.far]) / row.freedom < 3.0
 
 
-def test_maps_without_unique_support_are_in_the_last_column_alone() -> None:
+def test_maps_without_unique_support_are_in_the_last_column_alone():
     unique = np.array([True, True, False])
     row = Row(nees.SETTINGS[3], np.array([2.0, 4.0, 60.0]), np.full(3, 1.0), unique, 3, 5, 1.25)
     cells = nees.line(row)[len(nees.SETTINGS[3].name) :].split()

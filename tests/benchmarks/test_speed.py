@@ -1,7 +1,5 @@
 """How speed is measured: in turns, on one thread; and what is printed of it."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import threading
@@ -15,7 +13,7 @@ pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 @pytest.fixture(name="speed")
-def module_beside_gtsam() -> ModuleType:
+def module_beside_gtsam():
     if importlib.util.find_spec("gtsam") is None:
         leave_out("gtsam is not installed; nothing is measured beside it")
     from benchmarks import speed
@@ -42,8 +40,8 @@ def sides(speed: ModuleType, seconds: dict[str, list[float]]) -> tuple[list, lis
     ],
 )
 def test_sides_take_turns_and_the_median_counts_but_a_long_run_stands_alone(
-    speed: ModuleType, seconds, turns, middles
-) -> None:
+    speed, seconds, turns, middles
+):
     given, done = sides(speed, seconds)
     spent = speed.in_turns(given, lambda side: speed.Spent(side.run(), side.name), runs=3)
     assert done == list(turns)
@@ -51,7 +49,7 @@ def test_sides_take_turns_and_the_median_counts_but_a_long_run_stands_alone(
     assert [own.answer for own in spent.values()] == list(seconds)
 
 
-def test_two_threads_are_noticed(speed: ModuleType) -> None:
+def test_two_threads_are_noticed(speed):
     data = bytes(50_000_000)
 
     def run() -> None:
@@ -63,7 +61,7 @@ def test_two_threads_are_noticed(speed: ModuleType) -> None:
         speed.spend(speed.Side("two threads", run, None))
 
 
-def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed) -> None:
+def test_a_ratio_is_other_by_ours_and_seconds_are_short_and_say_how_often(speed):
     seconds = {speed.OURS: 2.0, "GTSAM COLAMD": 3.0, "GTSAM METIS": 4.0}
     assert speed.ratio({side: speed.Spent(own, None) for side, own in seconds.items()}) == 1.5
     assert str(speed.Spent(0.0412, None, runs=5)) == "41.2 ms"

@@ -1,7 +1,5 @@
 """The sweep: its worlds, its journal, runs that come to nothing, and the committed table."""
 
-from __future__ import annotations
-
 import csv
 import re
 import subprocess
@@ -58,7 +56,7 @@ def pretended(tasks: Sequence[Task]) -> Iterator[Run]:
 class TestWorlds:
     @pytest.mark.parametrize("kind", KINDS)
     @pytest.mark.parametrize("graph", GENERATED)
-    def test_the_rate_is_of_all_closures(self, graph: str, kind: str) -> None:
+    def test_the_rate_is_of_all_closures(self, graph, kind):
         for percent in PERCENTS:
             made = make(World(graph, kind, percent, 0))
             assert np.mean(made.is_outlier[~made.graph.is_odometry]) == pytest.approx(
@@ -66,7 +64,7 @@ class TestWorlds:
             )
 
     @pytest.mark.parametrize("graph", GENERATED)
-    def test_spoiled_closures_replace_correct_ones(self, graph: str) -> None:
+    def test_spoiled_closures_replace_correct_ones(self, graph):
         few, many = (make(World(graph, "spoiled", percent, 0)) for percent in (10, 90))
         for made in (few, many):
             closures = ~made.graph.is_odometry
@@ -81,7 +79,7 @@ class TestWorlds:
         assert np.median(norms[wrong]) > 20 * np.median(norms[~wrong])
 
     @pytest.mark.parametrize("graph", GENERATED)
-    def test_kinds_and_rates_share_the_graph_of_a_seed(self, graph: str) -> None:
+    def test_kinds_and_rates_share_the_graph_of_a_seed(self, graph):
         places = (("local", 10, 3), ("group", 90, 3), ("local", 10, 4))
         made = [make(World(graph, *place)) for place in places]
         few, many, other = (one.graph.measurement[~one.is_outlier] for one in made)
@@ -91,15 +89,13 @@ class TestWorlds:
 
 
 class TestTiers:
-    def test_sealed_worlds_are_those_of_a_with_seeds_that_the_hash_is_of(self) -> None:
+    def test_sealed_worlds_are_those_of_a_with_seeds_that_the_hash_is_of(self):
         seeds = seal.seeds()
         assert len(set(seeds)) == seal.COUNT
         tuned, sealed = list(worlds("A")), list(worlds("B"))
         assert [one._replace(tier="A", seed=seeds.index(one.seed)) for one in sealed] == tuned
 
-    def test_other_seeds_than_the_sealed_ones_are_refused(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_other_seeds_than_the_sealed_ones_are_refused(self, tmp_path, monkeypatch):
         monkeypatch.setattr(seal, "OPENED", tmp_path / "opened.txt")
         monkeypatch.setattr(seal, "SEALED", tmp_path / "sealed.txt")
         assert list(worlds("B")) == []
@@ -108,7 +104,7 @@ class TestTiers:
             seal.seeds()
 
     @pytest.mark.parametrize("change", CHANGES["C"])
-    def test_a_wrong_claim_leaves_the_measurements(self, change: str) -> None:
+    def test_a_wrong_claim_leaves_the_measurements(self, change):
         plain, wrong = (make(WORLD._replace(change=one)) for one in ("", change))
         assert np.array_equal(plain.graph.measurement, wrong.graph.measurement)
         assert np.array_equal(plain.graph.information, wrong.honest.information)
@@ -121,7 +117,7 @@ class TestTiers:
         claimed[rows, 2 if kind == "rotations" else 0 :] = FACTORS[factor] ** 2
         assert np.allclose(ratio, claimed)
 
-    def test_slips_and_noisy_steps_are_odometry_that_honest_deviations_explain(self) -> None:
+    def test_slips_and_noisy_steps_are_odometry_that_honest_deviations_explain(self):
         for change, share in (("slips", SLIPS), ("noisy steps", round(NOISY * 199))):
             made = make(WORLD._replace(change=change))
             moved = np.any(made.graph.information != made.honest.information, axis=(1, 2))
@@ -133,14 +129,14 @@ class TestTiers:
             )
             assert np.median(claimed) > 2 * np.sqrt(3) > np.median(true)
 
-    def test_one_group_is_half_to_twice_the_inliers(self) -> None:
+    def test_one_group_is_half_to_twice_the_inliers(self):
         for percent, size in ALIASED.items():
             made = make(World("manhattan", "aliased", percent, 0, "E"))
             closures = ~made.graph.is_odometry
             assert int(made.is_outlier.sum()) == size
             assert np.mean(made.is_outlier[closures]) == pytest.approx(percent / 100, abs=0.01)
 
-    def test_a_place_recogniser_errs_where_corners_look_alike(self) -> None:
+    def test_a_place_recogniser_errs_where_corners_look_alike(self):
         few, many = (make(World("town", "recognised", percent, 0, "F")) for percent in (10, 50))
         assert 0 < 3 * few.is_outlier.sum() < many.is_outlier.sum()
         for made in (few, many):
@@ -152,11 +148,8 @@ class TestTiers:
 
 class TestEntry:
     def test_the_commands_of_the_awk_script_enter_it_as_dead_reckoning(
-        self,
-        tmp_path: Path,
-        monkeypatch: pytest.MonkeyPatch,
-        capsys: pytest.CaptureFixture[str],
-    ) -> None:
+        self, tmp_path, monkeypatch, capsys
+    ):
         places = [("manhattan", "random", 10, 0), ("sphere", "local", 50, 1)]
         chosen = [World(*place) for place in places]
         for module in (entry, door):
@@ -183,11 +176,11 @@ class TestEntry:
         (row,) = (one for one in rows(summary.tiers(done.values())) if one["method"] == "awk")
         assert (row["runs"], row["cpu"], row["cpu_ratio"]) == ("2", "", "")
 
-    def test_a_missing_map_is_a_failed_run(self, tmp_path: Path) -> None:
+    def test_a_missing_map_is_a_failed_run(self, tmp_path):
         (run,) = entry.score_maps(tmp_path, "none", [WORLD])
         assert (run.score, run.failed) == (None, "no map")
 
-    def test_a_g2o_map_is_read_and_a_short_one_refused(self, tmp_path: Path) -> None:
+    def test_a_g2o_map_is_read_and_a_short_one_refused(self, tmp_path):
         made = make(WORLD)
         path = tmp_path / f"{entry.name_of(WORLD)}.g2o"
         write(path, made.graph, made.reference)
@@ -199,9 +192,7 @@ class TestEntry:
 
 
 class TestJournal:
-    def test_half_a_line_is_dropped_and_what_is_noted_after_it_is_read(
-        self, tmp_path: Path
-    ) -> None:
+    def test_half_a_line_is_dropped_and_what_is_noted_after_it_is_read(self, tmp_path):
         path = tmp_path / "deep" / "journal.jsonl"
         for run in (DONE, FAILED):
             journal.append(path, run)
@@ -210,15 +201,13 @@ class TestJournal:
         journal.append(path, FAILED)
         assert journal.read(path) == {run.key: run for run in (DONE, FAILED)}
 
-    def test_another_sweep_does_not_count(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_another_sweep_does_not_count(self, tmp_path, monkeypatch):
         path = tmp_path / "journal.jsonl"
         journal.append(path, DONE)
         monkeypatch.setitem(methods.PARAMETERS, "steps", methods.STEPS + 1)
         assert journal.read(path) == {}
 
-    def test_a_sweep_that_was_killed_does_only_what_is_missing(self, tmp_path: Path) -> None:
+    def test_a_sweep_that_was_killed_does_only_what_is_missing(self, tmp_path):
         path = tmp_path / "journal.jsonl"
         tasks = door.missing({}, ["manhattan"], NAMES)
         total = sum(len(names) for _, names in tasks)
@@ -241,16 +230,14 @@ class TestJournal:
 
 
 class TestRuns:
-    def test_two_processes_find_what_one_finds(self) -> None:
+    def test_two_processes_find_what_one_finds(self):
         tasks: list[Task] = [(world, ("DCS",)) for world in (WORLD, WORLD._replace(seed=1))]
         alone, together = ({run.key: run.score for run in do(tasks, jobs)} for jobs in (1, 2))
         assert alone.keys() == together.keys()
         for key, score in alone.items():
             assert together[key].ate == pytest.approx(score.ate, rel=1e-6)
 
-    def test_a_method_that_does_not_come_to_rest_is_noted(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_method_that_does_not_come_to_rest_is_noted(self, monkeypatch):
         def restless(*_: object) -> None:
             raise NotConverged
 
@@ -258,9 +245,7 @@ class TestRuns:
         (run,) = run_world(WORLD, ["restless"])
         assert (run.score, run.failed) == (None, "NotConverged")
 
-    def test_a_run_over_the_limit_is_ended_and_noted(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_run_over_the_limit_is_ended_and_noted(self, monkeypatch):
         def endless(*_: object) -> None:
             while True:
                 time.process_time()
@@ -270,9 +255,7 @@ class TestRuns:
         assert (slow.score, slow.failed, slow.seconds) == (None, "over 1 s", 1.0)
         assert quick.score is not None
 
-    def test_an_error_that_nobody_expects_stops_the_sweep(
-        self, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-    ) -> None:
+    def test_an_error_that_nobody_expects_stops_the_sweep(self, monkeypatch, capfd):
         monkeypatch.setitem(methods.METHODS, "broken", lambda *_: 1 / 0)
         with pytest.raises(RuntimeError, match="broken in World"):
             list(run_world(WORLD, ["broken"]))
@@ -280,7 +263,7 @@ class TestRuns:
 
 
 class TestTierTable:
-    def test_a_row_compares_a_method_with_the_library_and_the_correct_edges(self) -> None:
+    def test_a_row_compares_a_method_with_the_library_and_the_correct_edges(self):
         def run(method: str, seed: int, ate: float, **more: object) -> Run:
             place = WORLD._replace(seed=seed, tier="B")
             return Run(place, method, replace(SCORE, ate=ate, **more), 2.0)
@@ -300,7 +283,7 @@ class TestTierTable:
         assert [ours[key] for key in told_columns] == ["1", "1", "1"]
         assert [theirs[key] for key in told_columns] == ["", "", ""]
 
-    def test_the_committed_table_is_of_this_sweep(self) -> None:
+    def test_the_committed_table_is_of_this_sweep(self):
         committed = read_results(door.TIERS_TABLE)
         assert committed.header["version"] == digest()
         assert committed.names("tier") == list(TIERS)
@@ -309,7 +292,7 @@ class TestTierTable:
                 runs = sum(int(r["runs"]) for r in committed.where(tier=tier, method=method))
                 assert runs == sum(1 for _ in worlds(tier)), (tier, method)
 
-    def test_the_gates_of_the_solver_hold(self) -> None:
+    def test_the_gates_of_the_solver_hold(self):
         committed = read_results(door.TIERS_TABLE)
 
         def total(column: str, tiers: str, method: str = methods.SOLVER) -> float:
@@ -332,7 +315,7 @@ class TestTierTable:
 
 
 class TestTable:
-    def test_a_row_says_what_came_of_its_runs_also_where_none_has_a_map(self) -> None:
+    def test_a_row_says_what_came_of_its_runs_also_where_none_has_a_map(self):
         far = Run(WORLD._replace(seed=1), "DCS", Score(1.0, 0.75, 2.0, 4.0, 31), 4.0)
         none = Run(WORLD._replace(seed=2), "DCS", None, 9.0, "NotConverged")
         (row,) = rows(summary.text([DONE, far, none]))
@@ -343,9 +326,7 @@ class TestTable:
         (row,) = rows(summary.text([FAILED]))
         assert (row["failed"], row["good"], row["ate_worst"]) == ("1", "0", "")
 
-    def test_rows_stay_that_the_journal_does_not_hold_whole(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_rows_stay_that_the_journal_does_not_hold_whole(self, tmp_path, monkeypatch):
         tables = [tmp_path / "table.csv", tmp_path / "tiers.csv"]
         found: list[Mapping[str, object]] = []
 
@@ -372,7 +353,7 @@ class TestTable:
             monkeypatch.setattr(seal, name, tmp_path / "none")
         assert written(4, first) == [("least squares", "1")]
 
-    def test_the_committed_table_is_of_this_sweep_and_small(self) -> None:
+    def test_the_committed_table_is_of_this_sweep_and_small(self):
         committed = read_results(door.TABLE)
         runs = sum(int(row["runs"]) for row in committed.rows)
         wanted = sum(1 for _ in worlds("A")) * len(methods.METHODS)
@@ -382,7 +363,7 @@ class TestTable:
         assert runs == wanted
         assert door.TABLE.stat().st_size <= 240 * 1024
 
-    def test_a_row_of_the_committed_table_comes_out_again(self) -> None:
+    def test_a_row_of_the_committed_table_comes_out_again(self):
         method = "GNC-TLS from least squares"
         (committed,) = (
             row

@@ -1,7 +1,5 @@
 """A part of a page without the rest: axe-core takes long where there is much to look at."""
 
-from __future__ import annotations
-
 from playwright.sync_api import Page
 
 _ALONE = """(part) => {

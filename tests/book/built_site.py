@@ -1,7 +1,5 @@
 """The site as `make book` builds it."""
 
-from __future__ import annotations
-
 import fcntl
 import functools
 import json

@@ -1,10 +1,7 @@
 """The built site, and a server for it."""
 
-from __future__ import annotations
-
 import base64
 import re
-from collections.abc import Iterator
 
 import pytest
 import yaml
@@ -26,13 +23,12 @@ WAYS = ("http", "file")
 
 
 @pytest.fixture(scope="session")
-def site() -> Site:
-    """The book, built here."""
+def site():
     return built()
 
 
 @pytest.fixture(scope="session")
-def address(site: Site) -> Iterator[str]:
+def address(site):
     """The address of a server on this machine that serves the site."""
     with served(site.folder) as found:
         yield found
@@ -44,7 +40,7 @@ def place(site: Site, address: str, page: str, way: str) -> str:
 
 
 @pytest.fixture(scope="session")
-def carried() -> list[bytes]:
+def carried():
     """The fonts that the style sheet carries, that of formulas last."""
     style = (fonts.MADE / fonts.STYLE).read_text(encoding="utf-8")
     return [base64.b64decode(font) for font in re.findall(r"base64,([^)]*)[)]", style)]

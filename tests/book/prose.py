@@ -1,7 +1,5 @@
 """What a page says, and the numbers in it."""
 
-from __future__ import annotations
-
 import re
 from functools import cached_property
 from pathlib import Path
@@ -21,8 +19,6 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+|/\d+)?")
 
 
 class Chapter:
-    """The notebook of a chapter."""
-
     def __init__(self, name: str) -> None:
         self.path = CHAPTERS / f"{name}.ipynb"
 
@@ -32,12 +28,10 @@ class Chapter:
 
     @cached_property
     def cells(self) -> dict[str, str]:
-        """The source of each cell by its id."""
         return {cell["id"]: cell.source for cell in self._notebook.cells}
 
     @property
     def programs(self) -> dict[str, str]:
-        """The source of each cell with code."""
         cells = (cell for cell in self._notebook.cells if cell.cell_type == "code")
         return {cell["id"]: cell.source for cell in cells}
 
@@ -59,7 +53,6 @@ class Chapter:
         return names
 
     def questions(self) -> list[Any]:
-        """The questions of the chapter's quizzes."""
         names = self.run(*(name for name, source in self.cells.items() if "Question(" in source))
         return [value for value in names.values() if isinstance(value, names["Question"])]
 

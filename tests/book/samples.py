@@ -1,7 +1,5 @@
 """Problems and formulas that several pages return to, written out beside the library's."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

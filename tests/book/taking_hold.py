@@ -1,7 +1,5 @@
 """Takes hold of a live picture: drags its handles and moves its controls."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -26,16 +24,14 @@ _RESET = """async (picture) => {
 
 
 def pictures(page: Page) -> list[Locator]:
-    """The pictures of a page that are live."""
     return page.locator(PICTURE).all()
 
 
 def handles(picture: Locator) -> list[str]:
     """The keys of what can be taken hold of; a handle may go and come back by its key."""
-    found: list[str] = picture.evaluate(
+    return picture.evaluate(
         "picture => Array.from(picture.querySelectorAll('[data-handle]'), h => h.dataset.handle)"
     )
-    return found
 
 
 def controls(picture: Locator) -> Iterator[Locator]:
@@ -46,8 +42,6 @@ def controls(picture: Locator) -> Iterator[Locator]:
 
 
 class Seen(NamedTuple):
-    """What a picture shows."""
-
     drawing: str
     caption: str
     height: float
@@ -60,7 +54,6 @@ def seen(picture: Locator) -> Seen:
 
 
 def words(picture: Locator) -> str:
-    """What the picture's caption says."""
     return str(picture.locator(".rs-caption").text_content())
 
 
@@ -124,7 +117,6 @@ def assert_below_stays(first: Seen, now: Seen) -> None:
 
 
 def by_mouse(picture: Locator, key: str, toward: int) -> None:
-    """Drag a handle with the mouse."""
     mouse, (x, y) = picture.page.mouse, _middle(picture, key)
     mouse.move(x, y)
     mouse.down()
@@ -133,7 +125,6 @@ def by_mouse(picture: Locator, key: str, toward: int) -> None:
 
 
 def by_touch(picture: Locator, key: str, toward: int) -> None:
-    """Drag a handle with a finger."""
     x, y = _middle(picture, key)
     swipe(picture.page, x, y, 70 * toward, -45 * toward)
 
@@ -149,7 +140,6 @@ def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
 
 
 def move(control: Locator) -> None:
-    """Give a control another value."""
     match control.evaluate("c => [c.type, c.value, c.min, c.selectedIndex, c.options?.length]"):
         case ["range", now, least, *_]:
             control.press("Home" if float(now) > float(least or 0) else "End")

@@ -1,10 +1,7 @@
 """The page *Benchmark*: its protocol is that of the sweep, its tables those of the file."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,7 +16,7 @@ from robust_slam.graphs.datasets import is_here
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Support, solve
 from robust_slam_course.heat import HeatMap
-from robust_slam_course.results import Results, read_results
+from robust_slam_course.results import read_results
 
 from benchmarks import methods
 from benchmarks.sweep import summary
@@ -35,31 +32,30 @@ from benchmarks.sweep.definition import (
     make,
     worlds,
 )
-from tests.book.conftest import Site
 from tests.book.prose import CHAPTERS, Chapter
-from tests.chromium import Opener
 from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
 
 CHAPTER, SHOWCASE = Chapter("benchmark"), Chapter("08-showcase")
+SWEEP = Chapter("what-the-measurements-support")
 TABLE = CHAPTERS / "data" / "robustness.csv"
 
 
 @pytest.fixture(scope="module")
-def results() -> Results:
+def results():
     return read_results(TABLE)
 
 
 @pytest.fixture(scope="module")
-def page() -> SimpleNamespace:
+def page():
     """The names that the page's cells define."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CHAPTERS)
         return SimpleNamespace(**CHAPTER.run("imports", "load", "totals", "answer", "grid-table"))
 
 
-def test_the_protocol_is_that_of_the_sweep() -> None:
+def test_the_protocol_is_that_of_the_sweep():
     text = " ".join(CHAPTER.cells["protocol"].split())
     assert {plan.closures for plan in PLANS.values()} == {45}
     assert "each with 45 correct closures" in text
@@ -82,7 +78,7 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     assert "five in a row that share one error" in text
     assert {plan.seeds for plan in PLANS.values()} == {3, 5}
     assert "A cell holds only three or five runs" in CHAPTER.text
-    there = " ".join(SHOWCASE.cells["larger"].split())
+    there = " ".join(SWEEP.cells["larger"].split())
     assert "Each has 45 correct closures" in there
     assert f"in {sum(1 for _ in worlds('A'))} worlds" in there
 
@@ -100,7 +96,7 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     ids=str,
 )
 @pytest.mark.rest
-def test_what_the_solver_loses_it_had_found_and_it_warns(world: World) -> None:
+def test_what_the_solver_loses_it_had_found_and_it_warns(world):
     if world.graph not in GENERATED and not is_here(world.graph):
         leave_out(f"{world.graph} is not on this machine")
     made = make(world)
@@ -114,19 +110,19 @@ def test_what_the_solver_loses_it_had_found_and_it_warns(world: World) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_four_or_five_correct_closures_remain_of_a_spoiled_world(seed: int) -> None:
+def test_four_or_five_correct_closures_remain_of_a_spoiled_world(seed):
     made = make(World("manhattan", "spoiled", 90, seed))
     assert (~made.graph.is_odometry & ~made.is_outlier).sum() in (4, 5)
     assert "At 90 % four or five of 45 remain" in " ".join(CHAPTER.text.split())
 
 
-def test_the_columns_are_explained() -> None:
+def test_the_columns_are_explained():
     explained = re.findall(r"`(\w+)`", CHAPTER.cells["format"].partition("|---|---|")[2])
     columns = [name for name in explained if name in summary.COLUMNS]
     assert tuple(dict.fromkeys(columns)) == summary.COLUMNS
 
 
-def test_the_start_table_counts_the_good_maps(results: Results, page) -> None:
+def test_the_start_table_counts_the_good_maps(results, page):
     lines = page.grid().splitlines()[2:]
     assert len(lines) == len(methods.STARTS)
     for line, start in zip(lines, methods.STARTS, strict=True):
@@ -139,13 +135,13 @@ def test_the_start_table_counts_the_good_maps(results: Results, page) -> None:
             assert runs == sum(plan.seeds for plan in PLANS.values()) * 25
 
 
-def test_the_librarys_solver_comes_closest_to_knowing_the_outliers(results: Results) -> None:
+def test_the_librarys_solver_comes_closest_to_knowing_the_outliers(results):
     best = sorted(methods.METHODS, key=lambda name: results.good(method=name), reverse=True)
     assert best[:2] == [methods.ORACLE, "rs.solve"]
     assert "`rs.solve` comes closest to knowing the outliers" in CHAPTER.text
 
 
-def test_the_first_table_states_all_parameters(results: Results) -> None:
+def test_the_first_table_states_all_parameters(results):
     assert "{results.conditions()}" in CHAPTER.cells["grid-table"]
     told = results.conditions()
     for stated in (methods.PROBABILITY, methods.SOLVES, methods.FACTOR, *methods.MIXTURE):
@@ -154,9 +150,7 @@ def test_the_first_table_states_all_parameters(results: Results) -> None:
     assert str(methods.CAUCHY[3]) in told
 
 
-def test_the_heat_map_without_scripts_is_of_all_worlds_the_best_method_first(
-    results: Results,
-) -> None:
+def test_the_heat_map_without_scripts_is_of_all_worlds_the_best_method_first(results):
     soup = BeautifulSoup(HeatMap(results)._repr_html_(), "html.parser")
     rows = {row["data-method"]: row.find_all("td") for row in soup.select("tbody tr")}
     assert list(rows)[:2] == [methods.ORACLE, "rs.solve"]
@@ -170,8 +164,8 @@ def test_the_heat_map_without_scripts_is_of_all_worlds_the_best_method_first(
 @pytest.mark.browser
 @pytest.mark.rest
 def test_tabs_and_chips_choose_what_the_heat_map_shows_and_a_cell_says_its_number(
-    results: Results, site: Site, open_page: Opener
-) -> None:
+    results, site, open_page
+):
     page = open_page((site.folder / "chapters/benchmark.html").as_uri()).page
     for chosen in ("Consistent", "Town"):
         page.locator(".rs-choice").get_by_text(chosen, exact=True).click()
@@ -197,7 +191,7 @@ def test_tabs_and_chips_choose_what_the_heat_map_shows_and_a_cell_says_its_numbe
     expect(protocol).to_be_visible()
 
 
-def test_the_method_on_the_page_can_be_entered(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_method_on_the_page_can_be_entered(monkeypatch):
     monkeypatch.setattr(methods, "METHODS", {})
     (code,) = re.findall(r"```python\n(.*?)```", CHAPTER.cells["enter"], re.DOTALL)
     exec(compile(code, "page", "exec", dont_inherit=True), vars(methods).copy())
@@ -207,23 +201,19 @@ def test_the_method_on_the_page_can_be_entered(monkeypatch: pytest.MonkeyPatch) 
     assert '--methods "Welsch from odometry"' in CHAPTER.cells["enter"]
 
 
-def test_without_the_table_chapter_08_says_where_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_the_table_the_page_says_where_it_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     cells = ("larger-load", "larger-figure", "larger-table", "larger-others", "larger-read")
-    SHOWCASE.run(*cells, np=np, Markdown=str)
+    SWEEP.run(*cells, np=np, Markdown=str)
     printed = capsys.readouterr().out
     assert "make sweep" in printed
     assert printed.count("chapters/data") == 1
 
 
-def test_the_grid_and_the_ranking_of_chapter_08_come_from_the_file(
-    results: Results, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_grid_and_the_ranking_of_the_sweep_come_from_the_file(results, monkeypatch):
     monkeypatch.chdir(CHAPTERS)
     shown: list[tuple[Any, str]] = []
-    names = SHOWCASE.run(
+    names = SWEEP.run(
         *("larger-load", "larger-figure", "larger-table"),
         plt=plt,
         Markdown=str,
@@ -250,7 +240,7 @@ def test_the_grid_and_the_ranking_of_chapter_08_come_from_the_file(
 
 
 @pytest.mark.parametrize("count", [12, 18])
-def test_gtsam_finds_maps_that_our_gnc_from_least_squares_loses(count: int) -> None:
+def test_gtsam_finds_maps_that_our_gnc_from_least_squares_loses(count):
     """Ours loses towns 0, 2, 3 and 4, as rows of ``numbers/08-showcase.toml`` compute."""
     if importlib.util.find_spec("gtsam") is None:
         leave_out("gtsam is not installed; nothing is compared with it")

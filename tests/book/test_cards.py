@@ -1,18 +1,15 @@
 """Flash cards say what the pages' tables say, each row once, in TeX that Anki draws."""
 
-from __future__ import annotations
-
 import re
 import sqlite3
 import zipfile
-from pathlib import Path
 
 import pytest
 
 from tools import cards
 
 
-def test_each_row_of_the_tables_is_a_card() -> None:
+def test_each_row_of_the_tables_is_a_card():
     found = cards.cards()
     rows = [
         line
@@ -27,7 +24,7 @@ def test_each_row_of_the_tables_is_a_card() -> None:
     assert again < set(fronts) and len(set(fronts)) == len(fronts)
 
 
-def test_sides_have_words_and_formulas_and_nothing_of_markdown() -> None:
+def test_sides_have_words_and_formulas_and_nothing_of_markdown():
     by_front = {card.front: card for card in cards.cards()}
     weight = by_front["IRLS weight"]
     assert (weight.back, weight.heading) == (r"\(w(u) = \psi(u)/u\)", "Robust SLAM: L14")
@@ -40,9 +37,7 @@ def test_sides_have_words_and_formulas_and_nothing_of_markdown() -> None:
             assert side.count(r"\(") == side.count(r"\)")
 
 
-def test_the_deck_holds_them_and_knows_a_card_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_deck_holds_them_and_knows_a_card_again(tmp_path, monkeypatch):
     ids = []
     monkeypatch.setattr(cards, "ROOT", tmp_path)
     monkeypatch.setattr(cards, "TARGET", tmp_path / "deck.apkg")
@@ -58,7 +53,7 @@ def test_the_deck_holds_them_and_knows_a_card_again(
     assert len(ids[0]) == 2 and ids[0] == ids[1]
 
 
-def test_a_page_without_tables_is_named(tmp_path: Path) -> None:
+def test_a_page_without_tables_is_named(tmp_path):
     for path in cards.PAGES.values():
         (tmp_path / path).parent.mkdir(exist_ok=True)
         (tmp_path / path).write_text("# Nothing", encoding="utf-8")

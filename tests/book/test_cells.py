@@ -1,14 +1,11 @@
 """What cells show: a printed table is one, code stands below, and no grey box is left."""
 
-from __future__ import annotations
-
 import pytest
 from bs4 import BeautifulSoup
 
 from chapters._ext.cells import NUMBERS, Table, parts
-from tests.book.conftest import NOTEBOOKS, Site
+from tests.book.conftest import NOTEBOOKS
 from tests.book.test_accessible import DARK
-from tests.chromium import Opener
 
 SWEEP = "lost towns:\n       20 %  40 %\nleast     5     4\nIRLS      0     1\nworst 0.92"
 LOST = Table("lost towns", ["", "20 %", "40 %"], [["least", "5", "4"], ["IRLS", "0", "1"]])
@@ -30,13 +27,11 @@ LOST = Table("lost towns", ["", "20 %", "40 %"], [["least", "5", "4"], ["IRLS", 
         )),
     ],
 )  # fmt: skip
-def test_a_line_of_heads_above_lines_of_numbers_is_a_table(
-    text: str, found: list[str | Table]
-) -> None:
+def test_a_line_of_heads_above_lines_of_numbers_is_a_table(text, found):
     assert parts(text, "told") == found
 
 
-def test_what_a_cell_printed_is_text_and_not_markup() -> None:
+def test_what_a_cell_printed_is_text_and_not_markup():
     html = Table("a<b", ["<i>", "b"], [["1", "x&y"], ["22", "z"]]).html()
     soup = BeautifulSoup(html, "html.parser")
     assert soup.caption.get_text() == "a<b"
@@ -46,7 +41,7 @@ def test_what_a_cell_printed_is_text_and_not_markup() -> None:
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
-def test_folded_code_stands_below_what_it_makes_and_is_named(name: str, site: Site) -> None:
+def test_folded_code_stands_below_what_it_makes_and_is_named(name, site):
     """What it prints is with it, or is a table with a caption; neighbours have one bar."""
     soup = site.parsed(name)
     for table in soup.select(".rs-printed"):
@@ -73,7 +68,7 @@ def test_folded_code_stands_below_what_it_makes_and_is_named(name: str, site: Si
 
 
 @pytest.mark.browser
-def test_what_a_cell_printed_has_the_ground_of_the_page(site: Site, open_page: Opener) -> None:
+def test_what_a_cell_printed_has_the_ground_of_the_page(site, open_page):
     address = (site.folder / "chapters/00-one-lie.html").as_uri()
     page = open_page(address, color_scheme="light").page
     for theme in ("0", DARK):

@@ -3,8 +3,6 @@
 What it says of graduation and switches, ``tests/lib/estimators`` asks of the library.
 """
 
-from __future__ import annotations
-
 import io
 import re
 
@@ -13,9 +11,7 @@ import pytest
 from pypdf import PdfReader
 from robust_slam.estimators import kernels
 
-from tests.book.conftest import Site
 from tests.book.prose import CHAPTERS
-from tests.chromium import Opener
 
 PAGE = (CHAPTERS / "cheat-sheet.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (L\d+) \| (.+?)<br>(.+) \|$", PAGE, re.M)
@@ -39,21 +35,19 @@ TOPICS = {
 
 
 @pytest.mark.parametrize("lesson", TOPICS)
-def test_every_topic_of_the_lessons_stands_in_its_row(lesson: str) -> None:
+def test_every_topic_of_the_lessons_stands_in_its_row(lesson):
     said = " ".join(idea for number, idea, _ in ROWS if number == lesson)
     assert not [topic for topic in TOPICS[lesson].split() if topic not in said]
 
 
-def test_the_topics_of_robust_slam_lead_to_their_chapters() -> None:
+def test_the_topics_of_robust_slam_lead_to_their_chapters():
     rows = PAGE.partition("## Robust SLAM: L14")[2]
     for topic in ("M-estimator", "IRLS", "GNC", "Switchable", "SE-Sync"):
         assert re.search(rf"^\| .*{topic}.*<br>.* \| \[\d\]\(\d\d-", rows, re.M), topic
 
 
 @pytest.mark.browser
-def test_it_is_cards_that_chips_lead_to_and_two_sides_of_paper(
-    site: Site, open_page: Opener
-) -> None:
+def test_it_is_cards_that_chips_lead_to_and_two_sides_of_paper(site, open_page):
     page = open_page((site.folder / "chapters/cheat-sheet.html").as_uri()).page
     chips = page.locator(".rs-chips a")
     assert chips.all_inner_texts() == [f"L{number}" for number in range(1, 15)]
@@ -71,7 +65,7 @@ def test_it_is_cards_that_chips_lead_to_and_two_sides_of_paper(
         assert (len(sides), int(sides[0].mediabox.width)) == (2, wide)
 
 
-def test_l11_noisy_headings_let_odometry_drift_as_printed() -> None:
+def test_l11_noisy_headings_let_odometry_drift_as_printed():
     assert "this is 12 m after 100 steps and 92 m after 400" in PAGE
     rng = np.random.default_rng(11)
     for n, printed in ((100, 12), (400, 92)):
@@ -80,7 +74,7 @@ def test_l11_noisy_headings_let_odometry_drift_as_printed() -> None:
         assert np.std(np.sin(headings).sum(axis=1)) == pytest.approx(printed, rel=0.08)
 
 
-def test_l14_the_kernels_as_printed() -> None:
+def test_l14_the_kernels_as_printed():
     u, k, c = np.linspace(1.1, 9, 80), 1.0, 2.0
     table = [  # beyond Huber's threshold
         (k * u - k**2 / 2, k / u, kernels.huber(k)),

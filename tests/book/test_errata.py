@@ -1,7 +1,5 @@
 """Every number under *Right* on the errata page is the number that the library computes."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -304,7 +302,7 @@ CHAPTERS = {f"errata-{number}": globals()[f"chapter_{number}"] for number in (*r
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_right_column_is_what_the_library_computes(name: str) -> None:
+def test_right_column_is_what_the_library_computes(name):
     expected = list(CHAPTERS[name]())
     rows = TABLES[name]
     assert len(rows) == len(expected)
@@ -312,7 +310,7 @@ def test_right_column_is_what_the_library_computes(name: str) -> None:
         assert_prints(row[1], [float(value) for value in values])
 
 
-def test_rho_table_is_what_the_kernels_compute() -> None:
+def test_rho_table_is_what_the_kernels_compute():
     names = {"Squared": "squared", "Huber": "huber", "Cauchy": "cauchy", "TLS": "tls"}
     rows = TABLES["errata-rho-table"]
     assert [row[0] for row in rows[::2]] == list(names)
@@ -346,29 +344,29 @@ SCHEDULES = {
 
 
 @pytest.mark.parametrize("name", SCHEDULES)
-def test_schedule_table_is_what_ten_lines_compute(name: str) -> None:
+def test_schedule_table_is_what_ten_lines_compute(name):
     for row, values in zip(TABLES[name], SCHEDULES[name], strict=True):
         for cell, value in zip(row, values, strict=True):
             assert_prints(cell, [value])
 
 
-def test_two_readings_against_one_lose_every_weight_at_the_lessons_start() -> None:
+def test_two_readings_against_one_lose_every_weight_at_the_lessons_start():
     _, first, last, _ = gnc([0, 0, 10], tls_weight, iter([1.0]))[0]
     assert (first, last) == (0, 0)
     text = PAGE.read_text(encoding="utf-8")
     assert "with z = 0, 0, 10 the same start gives every weight 0 at once" in text
 
 
-def test_printed_schedule_is_quoted_with_its_weights() -> None:
+def test_printed_schedule_is_quoted_with_its_weights():
     for row, values in zip(TABLES["errata-mu-printed"], PRINTED, strict=False):
         for cell, value in zip(row, values, strict=False):
             assert_prints(cell, [value])
 
 
-def test_a_changed_number_is_noticed() -> None:
+def test_a_changed_number_is_noticed():
     with pytest.raises(AssertionError):
         assert_prints("18/17 = 1.058825", [18 / 17, 18 / 17])
 
 
-def test_the_page_names_no_table_without_a_test() -> None:
+def test_the_page_names_no_table_without_a_test():
     assert set(TABLES) == {*CHAPTERS, *SCHEDULES, "errata-rho-table", "errata-mu-printed"}

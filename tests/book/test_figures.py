@@ -1,18 +1,14 @@
 """Notebooks on a phone, and their figures: large letters, colours of the page, no cards."""
 
-from __future__ import annotations
-
 import functools
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Browser
 
 from tests.book import test_pages
 from tests.book.alone import leave_alone
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
-from tests.chromium import Visit
+from tests.book.conftest import CHAPTERS, NOTEBOOKS
 from tests.lib.course.contrast import contrast, luminance
 
 pytestmark = pytest.mark.browser
@@ -49,14 +45,14 @@ Reader = Callable[..., list[Figure]]
 
 
 @pytest.fixture(scope="module", params=NOTEBOOKS)
-def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
+def visit(request, site, browser):
     """A page with cells, open while its tests run."""
     with test_pages.opened(request.param, site, browser) as visit:
         yield visit
 
 
 @pytest.fixture(scope="module")
-def read(visit: Visit) -> Reader:
+def read(visit):
     """A function that reads the figures of the page on a screen of a width; it keeps them.
 
     From here on the page holds nothing else.
@@ -69,8 +65,7 @@ def read(visit: Visit) -> Reader:
         page.set_viewport_size({"width": width, "height": 900})
         page.emulate_media(media=media)
         page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-        found: list[Figure] = page.evaluate(READ)
-        return found
+        return page.evaluate(READ)
 
     return figures
 
@@ -86,7 +81,7 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
     found = []
     for number, text in enumerate(texts):
         for other in texts[:number]:
-            (left, right, top, bottom), (l2, r2, t2, b2) = text["box"], other["box"]  # type: ignore[misc]
+            (left, right, top, bottom), (l2, r2, t2, b2) = text["box"], other["box"]
             if min(right, r2) - max(left, l2) > 1 and min(bottom, b2) - max(top, t2) > 4:
                 found.append((other["said"], text["said"]))
     return found
@@ -95,17 +90,13 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
 class TestPage(test_pages.EveryPage):
     """What holds for every page, before the figures are left alone on it."""
 
-    def test_it_offers_nothing_that_a_file_cannot_fetch(self, visit: Visit) -> None:
+    def test_it_offers_nothing_that_a_file_cannot_fetch(self, visit):
         assert visit.page.locator(".rs-run").count() == 0
 
 
 @pytest.mark.rest
 class TestFigures:
-    """What holds for the figures of every page."""
-
-    def test_each_is_an_image_with_words_a_number_and_a_caption(
-        self, visit: Visit, read: Reader
-    ) -> None:
+    def test_each_is_an_image_with_words_a_number_and_a_caption(self, visit, read):
         figures = read(WIDE)
         assert figures or not any(page in visit.page.url for page in CHAPTERS)
         for figure in figures:
@@ -113,31 +104,29 @@ class TestFigures:
             assert figure["told"], figure["label"]
 
     @pytest.mark.parametrize(("width", "kind"), [(WIDE, "rs-wide"), (PHONE, "rs-narrow")])
-    def test_there_is_room_for_what_is_drawn(self, read: Reader, width: int, kind: str) -> None:
+    def test_there_is_room_for_what_is_drawn(self, read, width, kind):
         for figure in read(width):
             assert figure["kinds"] == [kind]
-            assert touching(figure["texts"]) == []  # type: ignore[arg-type]
+            assert touching(figure["texts"]) == []
 
-    def test_letters_are_large_enough_on_a_phone(self, read: Reader) -> None:
+    def test_letters_are_large_enough_on_a_phone(self, read):
         for figure in read(PHONE):
-            sizes = {text["said"]: text["size"] for text in figure["texts"]}  # type: ignore[attr-defined]
+            sizes = {text["said"]: text["size"] for text in figure["texts"]}
             assert {said: size for said, size in sizes.items() if size < SMALLEST} == {}
 
     @pytest.mark.parametrize(
         ("theme", "media"), [("light", "screen"), ("dark", "screen"), ("dark", "print")]
     )
-    def test_letters_are_those_of_the_page_and_paper_is_light(
-        self, read: Reader, theme: str, media: str
-    ) -> None:
+    def test_letters_are_those_of_the_page_and_paper_is_light(self, read, theme, media):
         for figure in read(WIDE, theme, media):
-            assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}  # type: ignore[call-overload]
+            assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}
             ground = "rgb(255, 255, 255)" if media == "print" else str(figure["ground"])
-            for text in figure["texts"]:  # type: ignore[attr-defined]
+            for text in figure["texts"]:
                 assert text["font"] == figure["font"]
                 assert contrast(*map(lightness, (text["fill"], ground))) >= 4.5, text["said"]
 
 
-def test_touching_words_are_found() -> None:
+def test_touching_words_are_found():
     one, other = ({"said": said, "box": [x, x + 20, 0, 10]} for said, x in (("a", 0), ("b", 15)))
     assert touching([one, other]) == [("a", "b")]
     assert touching([one, {"said": "c", "box": [25, 40, 0, 10]}]) == []

@@ -1,7 +1,5 @@
 """The numbers of GTSAM's iSAM2 on the page *Filter or smoother* are those of GTSAM."""
 
-from __future__ import annotations
-
 import importlib.util
 from typing import Any
 
@@ -17,7 +15,7 @@ SHOWN = ("imports", "filter", "drive")
 
 
 @pytest.fixture(name="run", scope="module")
-def fixture_run() -> dict[str, Any]:
+def fixture_run():
     """What the page defines, and iSAM2 after all edges, wrong closure included."""
     if importlib.util.find_spec("gtsam") is None:
         leave_out("gtsam is not installed; iSAM2 is not run")
@@ -58,7 +56,7 @@ def error(run: dict[str, Any]) -> float:
     return float(run["ate"](poses, truth))
 
 
-def test_isam2_withdraws_a_closure_when_it_has_linearised_again(run: dict[str, Any]) -> None:
+def test_isam2_withdraws_a_closure_when_it_has_linearised_again(run):
     odometry = run["spoiled"].is_odometry
     steps = [count for k, count in run["anew"].items() if odometry[k]]
     closures = [count for k, count in run["anew"].items() if not odometry[k]]

@@ -1,16 +1,13 @@
 """Formulas leave the build as MathML that browsers draw, with signs that the font has."""
 
-from __future__ import annotations
-
 import io
 import re
 import xml.etree.ElementTree as etree
-from collections.abc import Iterator
 from functools import cache
 
 import pytest
 from fontTools.ttLib import TTFont
-from playwright.sync_api import Browser, FloatRect, Page
+from playwright.sync_api import FloatRect, Page
 
 from chapters._ext import formulas
 from tests.book.conftest import PAGES, Site
@@ -29,31 +26,25 @@ NOT_DRAWN = {"\ufe00"}
 
 
 def trees(site: Site, page: str) -> list[etree.Element]:
-    """The formulas of a page."""
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
     return [etree.fromstring(formula) for formula in MATHML.findall(html)]
 
 
 @cache
 def held(font: bytes) -> set[str]:
-    """The signs of a font."""
     return set(map(chr, TTFont(io.BytesIO(font)).getBestCmap()))
 
 
 @pytest.mark.parametrize("page", PAGES)
 class TestPage:
-    """What holds for the formulas of every page."""
-
-    def test_no_formula_is_left_in_tex(self, page: str, site: Site) -> None:
+    def test_no_formula_is_left_in_tex(self, page, site):
         html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
         article = html[html.index("<article") : html.index("</article>")]
         assert len(re.findall(r'class="math[ "]', html)) == len(MATHML.findall(html))
         text = re.sub(r"<pre.*?</pre>", "", article, flags=re.S)
         assert not re.findall(r"\\\(|\\\[|\\begin\{", text)
 
-    def test_browsers_draw_its_elements_in_the_courses_font(
-        self, page: str, site: Site, carried: list[bytes]
-    ) -> None:
+    def test_browsers_draw_its_elements_in_the_courses_font(self, page, site, carried):
         found = trees(site, page)
         for element in (element for formula in found for element in formula.iter()):
             assert element.tag in CORE
@@ -62,19 +53,17 @@ class TestPage:
         assert {sign for sign in signs if not sign.isspace()} <= held(carried[-1])
 
 
-def test_more_room_above_a_line_is_left_out() -> None:
+def test_more_room_above_a_line_is_left_out():
     tex = r"\begin{aligned} a &= b \\[6pt] c &= d \end{aligned}"
     assert formulas.mathml(tex, True) == formulas.mathml(tex.replace("[6pt]", ""), True)
 
 
-def test_a_formula_that_cannot_be_read_is_named() -> None:
+def test_a_formula_that_cannot_be_read_is_named():
     with pytest.raises(ValueError, match=r"closing.*In the formula '.*frac\{1'"):
         formulas.mathml(r"\frac{1", False)
 
 
-def test_a_formula_that_cannot_be_read_is_a_warning_with_its_place(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_formula_that_cannot_be_read_is_a_warning_with_its_place(monkeypatch):
     said: list[object] = []
     monkeypatch.setattr(formulas.LOGGER, "warning", lambda *_, location: said.append(location))
     page = r'<b>a</b> <span class="math notranslate">\(\frac{1 < 2\)</span>'
@@ -82,7 +71,7 @@ def test_a_formula_that_cannot_be_read_is_a_warning_with_its_place(
     assert said == ["page"]
 
 
-def test_formulas_in_the_html_of_cells_are_read() -> None:
+def test_formulas_in_the_html_of_cells_are_read():
     page = r'<i><div class="math notranslate">\[a &lt; b\]</div></i>'
     drawn = formulas.mathml("a < b", True)
     assert formulas.in_html(page, "page") == f'<i><div class="math">{drawn}</div></i>'
@@ -92,17 +81,16 @@ def test_formulas_in_the_html_of_cells_are_read() -> None:
     ("before", "after", "kept"),
     [("so (", "), and", "({}),"), (" ", ", x", "{},"), (" ", " x", "")],
 )
-def test_punctuation_stays_with_a_formula_in_a_line(before: str, after: str, kept: str) -> None:
+def test_punctuation_stays_with_a_formula_in_a_line(before, after, kept):
     formula = f'<span class="math">{formulas.mathml("x", False)}</span>'
     context = {"body": f"<p>{before}{formula}{after}</p>"}
-    formulas.finish(None, "", "", context, None)  # type: ignore[arg-type]
+    formulas.finish(None, "", "", context, None)
     found = re.findall(r'<span class="rs-kept">(.*?</span>.*?)</span>', context["body"])
     assert found == ([kept.format(formula)] if kept else [])
 
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, site: Site) -> Iterator[Page]:
-    """A page without scripts."""
+def page(browser, site):
     with page_in(browser, java_script_enabled=False) as page:
         page.goto((site.folder / "chapters/03-irls.html").as_uri())
         yield page
@@ -125,7 +113,7 @@ def draw(page: Page, tex: str, display: bool) -> None:
 
 
 @pytest.mark.browser
-def test_a_bracket_with_a_power_is_as_tall_as_its_partner(page: Page) -> None:
+def test_a_bracket_with_a_power_is_as_tall_as_its_partner(page):
     heights = page.locator("math:has(:is(msup, msub, msubsup) mo[minsize])").evaluate_all(
         """formulas => formulas.map(formula => [...formula.querySelectorAll("mo[minsize]")].map(
         bracket => bracket.getBoundingClientRect().height))"""
@@ -134,7 +122,7 @@ def test_a_bracket_with_a_power_is_as_tall_as_its_partner(page: Page) -> None:
 
 
 @pytest.mark.browser
-def test_formulas_need_no_script_and_have_the_font_of_the_book(page: Page) -> None:
+def test_formulas_need_no_script_and_have_the_font_of_the_book(page):
     root, inner = box(page, "msqrt"), box(page, "msqrt > *")
     session = page.context.new_cdp_session(page)
     document = session.send("DOM.getDocument")["root"]["nodeId"]
@@ -154,14 +142,14 @@ def test_formulas_need_no_script_and_have_the_font_of_the_book(page: Page) -> No
         (r"\begin{pmatrix} g \\ d \end{pmatrix}", "mtr:first-child mi", "mtr:last-child mi"),
     ],
 )
-def test_what_is_below_touches_nothing_above(tex: str, upper: str, lower: str, page: Page) -> None:
+def test_what_is_below_touches_nothing_above(tex, upper, lower, page):
     draw(page, tex, True)
     above, below = (box(page, f"article math {part}") for part in (upper, lower))
     assert above["y"] + above["height"] <= below["y"] + 0.5
 
 
 @pytest.mark.browser
-def test_fractions_side_by_side_have_a_bar_each(page: Page) -> None:
+def test_fractions_side_by_side_have_a_bar_each(page):
     draw(page, r"\tfrac12\tfrac{a}{b}", False)
     first, second = page.locator("article mfrac").evaluate_all(
         """fractions => fractions.map((one) => {

@@ -3,14 +3,11 @@
 The cards of the chapters follow, in two columns where there is room.
 """
 
-from __future__ import annotations
-
 import re
 
 import pytest
 
-from tests.book.conftest import PAGES, TITLE, Site
-from tests.chromium import Opener
+from tests.book.conftest import PAGES, TITLE
 
 pytestmark = pytest.mark.browser
 
@@ -19,9 +16,7 @@ END = "element => element.getBoundingClientRect().bottom"
 
 
 @pytest.mark.parametrize("screen", SCREENS)
-def test_the_first_screen_has_three_doors_and_the_map_and_cards_follow(
-    screen: str, site: Site, open_page: Opener
-) -> None:
+def test_the_first_screen_has_three_doors_and_the_map_and_cards_follow(screen, site, open_page):
     width, height = SCREENS[screen]
     address = (site.folder / f"{PAGES[0]}.html").as_uri()
     page = open_page(address, viewport={"width": width, "height": height}).page
@@ -42,7 +37,7 @@ def test_the_first_screen_has_three_doors_and_the_map_and_cards_follow(
     page.wait_for_url("**/00-one-lie.html")
 
 
-def test_the_name_stands_once_in_the_title_of_the_front_page(site: Site) -> None:
+def test_the_name_stands_once_in_the_title_of_the_front_page(site):
     html = (site.folder / f"{PAGES[0]}.html").read_text(encoding="utf-8")
     (title,) = re.findall(r"<title>([^<]*)</title>", html)
     assert title.count(TITLE) == 1

@@ -3,8 +3,6 @@
 What chapter 9 says of it has its rows in ``tests/book/numbers/09-frontiers.toml``.
 """
 
-from __future__ import annotations
-
 import csv
 from importlib.resources import files
 
@@ -20,14 +18,14 @@ TEXT = files("robust_slam_course.pictures").joinpath("graduation.csv").read_text
 ROWS = list(csv.DictReader(line for line in TEXT.splitlines() if not line.startswith("#")))
 
 
-def test_every_place_of_the_plan_is_in_the_table() -> None:
+def test_every_place_of_the_plan_is_in_the_table():
     assert TEXT.startswith(f"# good maps of {len(SEEDS)}:")
     assert len(ROWS) == len(PERCENTS) * len(KINDS) * len(NOISES) * len(CLAIMS)
     assert tuple(ROWS[0])[4:] == COLUMNS
 
 
 @pytest.mark.parametrize(("kind", "noise"), [("consistent", 0.05), ("random", 0.1)])
-def test_a_row_is_what_is_computed(kind: str, noise: float) -> None:
+def test_a_row_is_what_is_computed(kind, noise):
     """A row is ten spoiled graphs, of which each is solved in the eight ways of the columns."""
     counts = np.zeros(len(COLUMNS), dtype=int)
     for seed in SEEDS:

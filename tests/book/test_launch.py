@@ -1,7 +1,5 @@
 """The public repository's address gives chapters launch buttons and previews a picture."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess
@@ -79,7 +77,7 @@ def build(folder: Path, url: str) -> str:
 @pytest.mark.parametrize(
     ("url", "lab"), [("", False), (ADDRESS, True)], ids=["bare", "with address and runtime"]
 )
-def test_pages_have_links_to_what_is_there(tmp_path: Path, url: str, lab: bool) -> None:
+def test_pages_have_links_to_what_is_there(tmp_path, url, lab):
     """jupyter-book builds a whole book of one chapter."""
     if lab:
         put_lab(tmp_path)
@@ -149,7 +147,7 @@ def set_up(url: str | None, own: str = "") -> SimpleNamespace:
     return config
 
 
-def test_an_address_that_is_given_is_the_sites() -> None:
+def test_an_address_that_is_given_is_the_sites():
     given = "https://slam.example.org/course"
     assert set_up("", given).html_baseurl == f"{given}/" == set_up(ADDRESS, given).html_baseurl
 
@@ -167,14 +165,14 @@ def test_an_address_that_is_given_is_the_sites() -> None:
         ("https://example.org/github.com/course", ""),
     ],
 )
-def test_only_what_both_can_open_has_buttons(url: str | None, opened: str) -> None:
+def test_only_what_both_can_open_has_buttons(url, opened):
     config = set_up(url)
     options = config.html_theme_options
     assert options["repository_url"] == opened and options["other"] == 1
     assert bool(options["launch_buttons"]) == bool(opened) == bool(config.html_baseurl)
 
 
-def test_binder_gets_what_a_chapters_cell_installs() -> None:
+def test_binder_gets_what_a_chapters_cell_installs():
     """It runs pip in the repository, and takes a Python that is too old unless told."""
     lines = (ROOT / "binder" / "requirements.txt").read_text(encoding="utf-8").splitlines()
     (wanted,) = [line for line in lines if not line.startswith("#")]

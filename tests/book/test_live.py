@@ -1,21 +1,17 @@
 """Live pictures outside the site: in JupyterLab with a kernel, and in an export without one."""
 
-from __future__ import annotations
-
 import json
 import subprocess
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import nbformat
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 from robust_slam_course import pictures as course
 
 from tests import depth, jupyterlab
 from tests.book.conftest import ROOT
 from tests.book.taking_hold import PICTURE, follows, pictures
-from tests.chromium import Opener
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
@@ -27,7 +23,7 @@ SHOWN = "shown = pictures.opening().widget()\nshown"
 
 
 @pytest.fixture(scope="module", autouse=True)
-def exporting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Path]]:
+def exporting(tmp_path_factory):
     """A chapter is run and exported as a reader would; the function waits for its page.
 
     It runs beside the test of JupyterLab, which mostly waits.
@@ -54,9 +50,7 @@ def notebook_of(names: list[str], path: Path) -> None:
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), path)
 
 
-def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
-    browser: Browser, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
+def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(browser, tmp_path, request):
     """JupyterLab and a kernel start. Some pictures, which have one frame; in ``make soak`` all."""
     path = tmp_path / "pictures.ipynb"
     names = sorted(set(course.__all__))[:: 1 if depth.is_soak(request.config) else 5]
@@ -80,7 +74,7 @@ def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
         assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
 
 
-def test_an_export_needs_no_kernel(exporting: Callable[[], Path], open_page: Opener) -> None:
+def test_an_export_needs_no_kernel(exporting, open_page):
     page = open_page(exporting().as_uri(), reduced_motion="reduce").page
     assert pictures(page)
     for picture in pictures(page):
@@ -91,7 +85,7 @@ def test_an_export_needs_no_kernel(exporting: Callable[[], Path], open_page: Ope
     assert option.locator("p").is_visible()
 
 
-def test_python_reads_the_state_that_the_hand_made() -> None:
+def test_python_reads_the_state_that_the_hand_made():
     """The widget's state is the picture's, of JSON's values, and follows what is sent."""
     picture = course.opening()
     widget = picture.widget()

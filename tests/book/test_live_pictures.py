@@ -1,9 +1,7 @@
 """The live pictures of the pages in Chromium: taken hold of by mouse, by touch and by keys."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
@@ -14,7 +12,7 @@ from robust_slam_course.pictures import basins, majoriser
 
 from tests import depth
 from tests.book.alone import leave_alone
-from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, Site, place
+from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, place
 from tests.book.taking_hold import (
     Seen,
     assert_below_stays,
@@ -103,9 +101,7 @@ DESKS, PHONES = (
     params=[each for looks in zip(*OPENED.values(), strict=True) for each in looks],
     ids=lambda chosen: f"{chosen[0]}-{chosen[1].width}",
 )
-def opened(
-    request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
-) -> Iterator[tuple[Visit, Look]]:
+def opened(request, site, address, browser):
     """A page, open while its tests run: once it is seen to be well, its pictures alone."""
     page, look = request.param
     with visiting(browser, place(site, address, page, look.way), **look.options) as visit:
@@ -130,7 +126,7 @@ def too_wide(visit: Visit) -> int:
     return int(visit.page.evaluate("document.documentElement.scrollWidth - window.innerWidth"))
 
 
-def test_each_handle_is_moved_in_every_way(opened: tuple[Visit, Look]) -> None:
+def test_each_handle_is_moved_in_every_way(opened):
     """Handles whose keys differ in their numbers alone are moved alike: the last one is.
 
     A finger moves them as the mouse does: on the phone it moves the first one.
@@ -146,7 +142,7 @@ def test_each_handle_is_moved_in_every_way(opened: tuple[Visit, Look]) -> None:
 
 
 @DESKS
-def test_each_handle_has_a_name_and_says_its_value(opened: tuple[Visit, Look]) -> None:
+def test_each_handle_has_a_name_and_says_its_value(opened):
     for picture in pictures(opened[0].page):
         reset(picture)
         found = picture.locator("[data-handle]").evaluate_all(
@@ -161,9 +157,7 @@ def test_each_handle_has_a_name_and_says_its_value(opened: tuple[Visit, Look]) -
 
 
 @PHONES
-def test_each_control_changes_the_picture_and_reset_brings_it_back(
-    opened: tuple[Visit, Look],
-) -> None:
+def test_each_control_changes_the_picture_and_reset_brings_it_back(opened):
     """Each control of each picture is moved and put back; solvers in the page draw it anew."""
     for picture in pictures(opened[0].page):
         reset(picture)
@@ -180,7 +174,7 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(
         assert seen(picture) == first, "the button did not bring the first state back"
 
 
-def test_a_picture_fits_one_screen(opened: tuple[Visit, Look]) -> None:
+def test_a_picture_fits_one_screen(opened):
     """Folded, it is no taller than a window, and its control is beside its words."""
     visit, look = opened
     for picture in pictures(visit.page):
@@ -191,9 +185,7 @@ def test_a_picture_fits_one_screen(opened: tuple[Visit, Look]) -> None:
     assert too_wide(visit) <= 0
 
 
-def test_nothing_leaves_its_panel_or_covers_a_label(
-    opened: tuple[Visit, Look], request: pytest.FixtureRequest
-) -> None:
+def test_nothing_leaves_its_panel_or_covers_a_label(opened, request):
     """In the first state, at both ends of each control, and with a handle in each corner.
 
     The last on the phone, where there is least room, and in ``make soak`` at the desk too.
@@ -205,7 +197,7 @@ def test_nothing_leaves_its_panel_or_covers_a_label(
 
 
 @DESKS
-def test_a_link_brings_the_state_back(opened: tuple[Visit, Look]) -> None:
+def test_a_link_brings_the_state_back(opened):
     """It is followed in the open page, as if it were pasted."""
     visit, _ = opened
     for picture in pictures(visit.page):
@@ -221,7 +213,7 @@ def test_a_link_brings_the_state_back(opened: tuple[Visit, Look]) -> None:
 
 
 @DESKS
-def test_a_name_that_every_object_has_stops_no_picture(opened: tuple[Visit, Look]) -> None:
+def test_a_name_that_every_object_has_stops_no_picture(opened):
     """The links are followed in the open page, as if they were pasted."""
     visit, _ = opened
     for number, (name, state) in enumerate(visit.page.evaluate(STATES)):
@@ -246,10 +238,10 @@ class TestTown:
     """What the frame does, seen at the opening map."""
 
     @pytest.fixture
-    def at(self, site: Site, address: str) -> str:
+    def at(self, site, address):
         return place(site, address, PAGES[0], "file")
 
-    def test_a_finger_beside_the_handles_scrolls_the_page(self, at: str, browser: Browser) -> None:
+    def test_a_finger_beside_the_handles_scrolls_the_page(self, at, browser):
         with visiting(browser, at, **PHONE.options) as visit:
             stage = visit.page.locator(".rs-stage").first
             stage.scroll_into_view_if_needed()
@@ -259,7 +251,7 @@ class TestTown:
             swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
             visit.page.wait_for_function(f"window.scrollY > {before} + 100")
 
-    def test_a_link_opens_the_page_with_its_state(self, at: str, browser: Browser) -> None:
+    def test_a_link_opens_the_page_with_its_state(self, at, browser):
         with visiting(browser, at, **DESK.options) as visit:
             picture = pictures(visit.page)[0]
             moved = move_a_handle(picture)
@@ -268,7 +260,7 @@ class TestTown:
             with visiting(browser, visit.page.url, **DESK.options) as again:
                 assert seen(pictures(again.page)[0])[:2] == moved[:2]
 
-    def test_a_link_to_a_folded_setting_unfolds_it(self, site: Site, browser: Browser) -> None:
+    def test_a_link_to_a_folded_setting_unfolds_it(self, site, browser):
         address = place(site, "", "chapters/00-one-lie", "file")
         for state, shown in (({"sigma": 1}, True), ({"correct": False}, False)):
             with visiting(browser, f"{address}#cycles={quote(json.dumps(state))}") as visit:
@@ -276,31 +268,25 @@ class TestTown:
                     pictures(visit.page)[0].locator("details").evaluate("it => it.open") == shown
                 )
 
-    def test_a_map_glides_but_not_where_motion_is_unwelcome(
-        self, at: str, browser: Browser
-    ) -> None:
+    def test_a_map_glides_but_not_where_motion_is_unwelcome(self, at, browser):
         assert states_between(at, browser, "no-preference") > 5
         assert states_between(at, browser, "reduce") <= 2
 
-    def test_a_foreign_link_changes_nothing_that_it_may_not(
-        self, at: str, browser: Browser
-    ) -> None:
+    def test_a_foreign_link_changes_nothing_that_it_may_not(self, at, browser):
         foreign = quote('{"wrong":[[1,9e9],"x"],"z":1}')
         with visiting(browser, f"{at}#opening={foreign}", **DESK.options) as visit:
             assert pictures(visit.page)
             assert not handles(pictures(visit.page)[0])
             assert visit.complaints == []
 
-    def test_the_caption_is_spoken_once_the_hand_rests(self, at: str, browser: Browser) -> None:
+    def test_the_caption_is_spoken_once_the_hand_rests(self, at, browser):
         with visiting(browser, at, **DESK.options) as visit:
             picture = pictures(visit.page)[0]
             take_hold(picture, 1)
             seen(picture)
             expect(picture.locator("[aria-live=polite]")).to_have_text(words(picture))
 
-    def test_without_scripts_the_still_picture_stands_with_its_words(
-        self, at: str, browser: Browser
-    ) -> None:
+    def test_without_scripts_the_still_picture_stands_with_its_words(self, at, browser):
         with visiting(browser, at, java_script_enabled=False) as visit:
             picture = visit.page.locator(".rs-picture").first
             assert picture.locator("img").is_visible()
@@ -309,11 +295,7 @@ class TestTown:
 
 
 class TestAlone:
-    """Pictures on a page of their own."""
-
-    def test_nothing_complains_while_each_setting_goes_from_end_to_end(
-        self, browser: Browser
-    ) -> None:
+    def test_nothing_complains_while_each_setting_goes_from_end_to_end(self, browser):
         with visiting(browser, "about:blank") as visit:
             visit.page.set_content(majoriser().static_html())
             unfold(pictures(visit.page)[0])
@@ -325,9 +307,7 @@ class TestAlone:
                 visit.page.wait_for_timeout(250)
             assert visit.complaints == []
 
-    def test_readings_at_the_end_of_the_axis_have_their_minimum_there(
-        self, browser: Browser
-    ) -> None:
+    def test_readings_at_the_end_of_the_axis_have_their_minimum_there(self, browser):
         state = quote(json.dumps({"kernel": "cauchy", "z": [-4, 10]}))
         with visiting(browser, f"about:blank#basins={state}") as visit:
             visit.page.set_content(basins().static_html())

@@ -1,13 +1,11 @@
 """A page asks for little, is drawn in the course's own letters, and nothing moves."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import io
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -16,9 +14,9 @@ from fontTools.ttLib import TTFont
 from playwright.sync_api import Browser, Page
 
 from chapters._ext import look
-from tests.book.conftest import CHAPTERS, PAGES, Site, place
+from tests.book.conftest import CHAPTERS, PAGES, place
 from tests.book.taking_hold import pictures, take_hold
-from tests.chromium import Visit, visiting
+from tests.chromium import visiting
 from tools import fonts
 
 REQUESTS = 15
@@ -64,9 +62,7 @@ def weight(path: Path) -> int:
 
 
 @pytest.fixture(scope="module", params=["index", *CHAPTERS, *OTHERS])
-def visit(
-    request: pytest.FixtureRequest, address: str, browser: Browser
-) -> Iterator[tuple[Visit, list[str]]]:
+def visit(request, address, browser):
     """A page that is open, and the addresses that it asked for until it was loaded."""
     asked: list[str] = []
     with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
@@ -79,35 +75,27 @@ def visit(
 @pytest.mark.browser
 @pytest.mark.rest
 class TestVisit:
-    """What holds for a page that a server sends."""
-
-    def test_it_asks_for_little(self, visit: tuple[Visit, list[str]], site: Site) -> None:
+    def test_it_asks_for_little(self, visit, site):
         asked = visit[1]
         assert len(asked) <= REQUESTS
         paths = [site.folder / urlsplit(url).path.lstrip("/") for url in asked]
         assert sum(map(weight, paths)) < KILOBYTES * 1000
 
-    def test_it_is_drawn_in_the_courses_letters_and_keeps_its_shape(
-        self, visit: tuple[Visit, list[str]]
-    ) -> None:
+    def test_it_is_drawn_in_the_courses_letters_and_keeps_its_shape(self, visit):
         page = visit[0].page
         page.evaluate("document.fonts.ready")
         assert {fonts.SANS, fonts.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
         assert page.evaluate(SHIFT) < 0.02
         assert visit[0].complaints == visit[0].outside == []
 
-    def test_code_and_what_it_prints_stand_in_columns(
-        self, visit: tuple[Visit, list[str]]
-    ) -> None:
+    def test_code_and_what_it_prints_stand_in_columns(self, visit):
         assert visit[0].page.evaluate(COLUMNS) == []
 
 
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [390, 1280])
 @pytest.mark.rest
-def test_nothing_moves_when_the_progress_is_shown(
-    width: int, address: str, browser: Browser
-) -> None:
+def test_nothing_moves_when_the_progress_is_shown(width, address, browser):
     view = {"width": width, "height": 1600}
     with visiting(browser, "about:blank", viewport=view) as visit:
         page = visit.page
@@ -120,7 +108,7 @@ def test_nothing_moves_when_the_progress_is_shown(
 
 @pytest.mark.browser
 @pytest.mark.parametrize(("style", "crooked"), [("", 0), ("pre {word-spacing: 0.05em}", 1)])
-def test_letters_beside_their_column_are_found(style: str, crooked: int, browser: Browser) -> None:
+def test_letters_beside_their_column_are_found(style, crooked, browser):
     with visiting(browser, "about:blank") as visit:
         page: Page = visit.page
         page.set_content(f"<style>{style}</style><article><pre>a b c\nlong  d\n</pre></article>")
@@ -130,9 +118,7 @@ def test_letters_beside_their_column_are_found(style: str, crooked: int, browser
 @pytest.mark.browser
 @pytest.mark.parametrize("name", [CHAPTERS[0], CHAPTERS[8], "chapters/labs"])
 @pytest.mark.rest
-def test_what_a_picture_draws_does_not_style_the_page_again(
-    name: str, site: Site, browser: Browser
-) -> None:
+def test_what_a_picture_draws_does_not_style_the_page_again(name, site, browser):
     """As a rule would for each section that has a certain child."""
     with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
         page = visit.page
@@ -157,26 +143,26 @@ def styled(browser: Browser, page: Page, act: Callable[[], object]) -> int:
 
 
 @pytest.mark.browser
-def test_from_the_disk_it_is_drawn_in_the_same_letters(site: Site, browser: Browser) -> None:
+def test_from_the_disk_it_is_drawn_in_the_same_letters(site, browser):
     with visiting(browser, place(site, "", CHAPTERS[3], "file")) as visit:
         visit.page.evaluate("document.fonts.ready")
         loaded = {name.strip('"') for name in visit.page.evaluate(FAMILIES)}
         assert {fonts.SANS, fonts.SERIF, fonts.MATH} <= loaded
 
 
-def test_a_page_has_a_long_script_once_and_a_short_one_as_often_as_it_stands_there() -> None:
+def test_a_page_has_a_long_script_once_and_a_short_one_as_often_as_it_stands_there():
     long, short = f"<script>{'x' * 1000}</script>", "<script>y</script>"
     assert look.once(f"{long}a{short}{short}{long}b") == f"{long}a{short}{short}b"
 
 
 @pytest.mark.parametrize("name", [*PAGES, "search", "genindex"])
-def test_a_page_links_the_prepared_files(name: str, site: Site) -> None:
+def test_a_page_links_the_prepared_files(name, site):
     html = (site.folder / f"{name}.html").read_text(encoding="utf-8")
     linked = set(re.findall(r'(?:href|src)="[^"]*_static/([^"?]+\.(?:css|js))', html))
     assert linked == {look.STYLE, look.SCRIPT, "documentation_options.js"}
 
 
-def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
+def test_the_style_has_the_icons_of_the_pages_alone(site):
     style = (site.folder / "_static" / look.STYLE).read_text(encoding="utf-8")
     assert ".fa-sun:before" in style and ".fa-rocket:before" not in style
     (solid,) = re.findall(r"font-weight:900;src:url\(data:font/woff2;base64,([^)]*)\)", style)
@@ -187,15 +173,11 @@ def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
 
 
 class TestFonts:
-    """The fonts that the style sheet carries."""
-
-    def test_they_are_light(self, carried: list[bytes]) -> None:
+    def test_they_are_light(self, carried):
         assert len(carried) == len(fonts.FACES)
         assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000
 
-    def test_they_have_their_licence_and_not_the_name_that_is_reserved(
-        self, carried: list[bytes]
-    ) -> None:
+    def test_they_have_their_licence_and_not_the_name_that_is_reserved(self, carried):
         for font in carried:
             names = TTFont(io.BytesIO(font))["name"]
             assert "Open Font License" in names.getDebugName(13)

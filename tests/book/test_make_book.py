@@ -1,7 +1,5 @@
 """`make book` builds again when a public graph appears or vanishes, and not otherwise."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -20,7 +18,7 @@ NEEDED = ("_config.yml", "_toc.yml", "requirements.lock", "lib/pyproject.toml",
 
 
 @pytest.fixture
-def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def course(tmp_path, monkeypatch):
     """A course of empty files, whose builder counts its runs, on a machine without graphs."""
     folder = tmp_path / "course"
     for name in NEEDED:
@@ -53,9 +51,7 @@ def add(folder: Path, name: str) -> Path:
 
 
 @pytest.mark.parametrize("where", ["folder", "cache"])
-def test_a_graph_that_comes_or_goes_builds_the_book_again(
-    where: str, course: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_graph_that_comes_or_goes_builds_the_book_again(where, course, tmp_path, monkeypatch):
     given = tmp_path / "given"
     monkeypatch.setenv(datasets.FOLDER, str(given))
     (cache,) = [folder for folder in datasets._folders() if folder != given]
@@ -66,25 +62,21 @@ def test_a_graph_that_comes_or_goes_builds_the_book_again(
     assert builds(course) == builds(course) == 3
 
 
-def test_a_graph_that_the_chapters_do_not_show_changes_nothing(
-    course: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_graph_that_the_chapters_do_not_show_changes_nothing(course, tmp_path, monkeypatch):
     monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "given"))
     assert builds(course) == 1
     add(tmp_path / "given", "sphere2500")
     assert builds(course) == 1
 
 
-def test_graphs_that_the_build_itself_fetches_do_not_build_it_twice(
-    course: Path, tmp_path: Path
-) -> None:
+def test_graphs_that_the_build_itself_fetches_do_not_build_it_twice(course, tmp_path):
     cache = tmp_path / "home" / ".cache" / "robust-slam"
     fetch = f"mkdir -p {cache} && touch {cache}/intel.g2o {cache}/CSAIL.g2o\n"
     (course / ".venv" / "bin" / "python").write_text(PYTHON + fetch)
     assert builds(course) == builds(course) == 1
 
 
-def test_packages_for_development_do_not_build_it_again(course: Path) -> None:
+def test_packages_for_development_do_not_build_it_again(course):
     """Decks lie in the built site, and `make pdf` after `make slides` would remove them."""
     (course / "requirements-dev.lock").touch()
     (course / ".venv" / "bin" / "pip").symlink_to("/bin/true")

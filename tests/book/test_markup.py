@@ -1,7 +1,5 @@
 """On a phone wide tables are cards, and still tables; what else the markup of pages needs."""
 
-from __future__ import annotations
-
 import ast
 import re
 from itertools import pairwise
@@ -13,10 +11,9 @@ from docutils.utils import new_document
 from playwright.sync_api import expect
 
 from chapters._ext import markup
-from tests.book.conftest import NOTEBOOKS, Site
+from tests.book.conftest import NOTEBOOKS
 from tests.book.prose import Chapter
 from tests.book.test_accessible import complaints
-from tests.chromium import Opener
 
 WIDE = (
     "What it is",
@@ -27,7 +24,7 @@ WIDE = (
 
 def rewritten(body: str) -> BeautifulSoup:
     context = {"body": body}
-    markup.rewrite(None, "", "", context, None)  # type: ignore[arg-type]
+    markup.rewrite(None, "", "", context, None)
     return BeautifulSoup(context["body"], "html.parser")
 
 
@@ -41,14 +38,14 @@ def table(heads: tuple[str, ...], cells: tuple[str, ...]) -> BeautifulSoup:
 
 
 @pytest.mark.parametrize("text", ["0.88_m off", "4_% of 3.1_GB", "c_=_2, not 1_−_s", "2 machines"])
-def test_a_number_stays_with_its_unit(text: str) -> None:
+def test_a_number_stays_with_its_unit(text):
     page, code = new_document(""), nodes.literal("", "", nodes.Text("3 m"))
     page += nodes.paragraph("", "", nodes.Text(text.replace("_", " ")), code)
-    markup.keep_together(None, page, "")  # type: ignore[arg-type]
+    markup.keep_together(None, page, "")
     assert page.astext() == text.replace("_", "\u00a0") + "3 m"
 
 
-def test_a_path_in_a_table_breaks_behind_its_folders() -> None:
+def test_a_path_in_a_table_breaks_behind_its_folders():
     code = '<code class="literal"><span class="pre">lib/x/y.py</span></code>'
     assert str(table(("a", "b"), (code, "c")).select_one("td .pre")).count("/<wbr/>") == 2
 
@@ -67,59 +64,44 @@ def first_on_a_line(source: str) -> list[str]:
 
 
 @pytest.mark.parametrize("page", [page.rpartition("/")[2] for page in NOTEBOOKS])
-def test_no_number_that_a_cell_inserts_begins_a_line(page: str) -> None:
+def test_no_number_that_a_cell_inserts_begins_a_line(page):
     """Where a full stop follows it, Markdown takes the line for an item of a list."""
     assert first_on_a_line('Markdown(f"the lead is only\\n{lead}. PCM")')
     assert not [part for source in Chapter(page).code.values() for part in first_on_a_line(source)]
 
 
-class TestCards:
-    def test_a_cell_of_a_wide_table_has_the_name_of_its_column(self) -> None:
-        page = table(("Name", "Meaning", ""), WIDE)
-        assert [cell.get("data-label") for cell in page.select("tbody td")] == [
-            "Name", "Meaning", "",
-        ]  # fmt: skip
-        assert [cell.get_text() for cell in page.select("tbody td")] == list(WIDE)
-
-    def test_the_roles_are_those_of_a_table(self) -> None:
-        page = table(("Name", "Meaning", ""), WIDE)
-        roles = [part["role"] for part in page.table.find_all()] if page.table else []
-        row = ["rowgroup", "row"]
-        heads = ["columnheader", "columnheader", "cell"]
-        assert roles == [*row, *heads, *row, "cell", "cell", "cell"]
-
-    @pytest.mark.parametrize(
-        ("heads", "cells"),
-        [
-            (("a", "b", "c"), ("1.5", "2.5", "3.5")),
-            (("exercise", "you write"), ("weight", "the weight of a residual, " * 5)),
-            (("name", '<span class="math">\\(x\\)</span>', "meaning"), WIDE),
-        ],
-        ids=["numbers", "two columns", "formula above"],
-    )
-    def test_others_stay_as_they_are(self, heads: tuple[str, ...], cells: tuple[str, ...]) -> None:
-        page = table(heads, cells)
-        assert not page.select(".rs-cards, [role], [data-label]")
+@pytest.mark.parametrize(
+    ("heads", "cells"),
+    [
+        (("a", "b", "c"), ("1.5", "2.5", "3.5")),
+        (("exercise", "you write"), ("weight", "the weight of a residual, " * 5)),
+        (("name", '<span class="math">\\(x\\)</span>', "meaning"), WIDE),
+    ],
+    ids=["numbers", "two columns", "formula above"],
+)
+def test_other_tables_stay_as_they_are(heads, cells):
+    page = table(heads, cells)
+    assert not page.select(".rs-cards, [role], [data-label]")
 
 
-def test_short_values_are_neither_broken_nor_made_cards() -> None:
+def test_short_values_are_neither_broken_nor_made_cards():
     name = "a method from a start that is long, " * 3
     page = table(("method", "A", "close"), (name, "400 of 400", "97.2 % (95.1 to 98.5)"))
     assert page.select("table.rs-short:not(.rs-cards)")
 
 
-def test_an_empty_header_is_a_cell() -> None:
+def test_an_empty_header_is_a_cell():
     page = table(("", "one"), ("a", "1"))
     assert [cell.name for cell in page.select("thead tr > *")] == ["td", "th"]
     assert page.select("th")[0]["scope"] == "col"
 
 
-def test_a_formula_as_header_is_told_from_an_empty_one() -> None:
+def test_a_formula_as_header_is_told_from_an_empty_one():
     page = table(('<span class="math">\\(\\sigma\\)</span>', "one"), ("a", "1"))
     assert [cell.get_text()[-1] for cell in page.select("th")] == ["\u2060", "e"]
 
 
-def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) -> None:
+def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site):
     entries = site.parsed("chapters/references").select(".citation-list[role=list] > *")
     assert len(entries) > 50
     assert all(entry["role"] == "listitem" and entry["id"] for entry in entries)
@@ -127,7 +109,7 @@ def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) 
 
 
 @pytest.mark.browser
-def test_a_head_cell_with_a_formula_is_one_line(site: Site, open_page: Opener) -> None:
+def test_a_head_cell_with_a_formula_is_one_line(site, open_page):
     page = open_page((site.folder / "chapters/cheat-sheet.html").as_uri()).page
     head = page.locator("thead tr").filter(has=page.locator("math")).first
     assert head.evaluate("row => row.getBoundingClientRect().height") < 50
@@ -135,9 +117,7 @@ def test_a_head_cell_with_a_formula_is_one_line(site: Site, open_page: Opener) -
 
 @pytest.mark.browser
 @pytest.mark.rest
-def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(
-    site: Site, open_page: Opener
-) -> None:
+def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(site, open_page):
     phone = {"width": 390, "height": 800}
     page = open_page((site.folder / "chapters/errata.html").as_uri(), viewport=phone).page
     widths = "cards => cards.map(card => card.getBoundingClientRect().width)"
@@ -155,9 +135,7 @@ def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.rest
-def test_a_citation_shows_what_it_cites_by_mouse_and_keyboard(
-    width: int, site: Site, open_page: Opener
-) -> None:
+def test_a_citation_shows_what_it_cites_by_mouse_and_keyboard(width, site, open_page):
     address = (site.folder / "chapters/01-m-estimators.html").as_uri()
     page = open_page(address, viewport={"width": width, "height": 800}).page
     cited = page.locator("article a[href*='references.html#']").first

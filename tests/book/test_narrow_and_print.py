@@ -1,12 +1,9 @@
 """Code is copied by keyboard and on touch; what paper and calm readers get."""
 
-from __future__ import annotations
-
 import io
-from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 from pypdf import PdfReader
 
 from tests.book.conftest import Site
@@ -31,7 +28,7 @@ def visit(site: Site, open_page: Opener, name: str, **options: object) -> Page:
 
 
 @pytest.fixture(scope="module")
-def chapter(site: Site, browser: Browser) -> Iterator[Page]:
+def chapter(site, browser):
     """A chapter that calm readers see; its tests bring it to the screen or the paper they need."""
     url = (site.folder / f"{CHAPTER}.html").as_uri()
     with visiting(browser, url, reduced_motion="reduce") as visit:
@@ -39,14 +36,12 @@ def chapter(site: Site, browser: Browser) -> Iterator[Page]:
 
 
 class TestCopying:
-    def test_the_button_is_seen_on_touch(self, site: Site, open_page: Opener) -> None:
+    def test_the_button_is_seen_on_touch(self, site, open_page):
         page = visit(site, open_page, CHAPTER, has_touch=True, is_mobile=True)
         button = page.get_by_role("button", name="Copy to clipboard").first
         assert float(button.evaluate("b => getComputedStyle(b).opacity")) > 0.8
 
-    def test_each_code_box_has_a_button_that_keys_reach(
-        self, site: Site, open_page: Opener
-    ) -> None:
+    def test_each_code_box_has_a_button_that_keys_reach(self, site, open_page):
         page = visit(site, open_page, CHAPTER, permissions=["clipboard-read", "clipboard-write"])
         expect(page.locator(".copybtn").first).to_be_attached()
         assert page.locator(".highlight > pre").count() == page.locator(".copybtn").count() > 20
@@ -62,7 +57,7 @@ class TestCopying:
         assert page.evaluate("navigator.clipboard.readText()").strip() == code.strip()
 
 
-def test_nothing_moves_for_a_reader_who_asks_for_that(chapter: Page) -> None:
+def test_nothing_moves_for_a_reader_who_asks_for_that(chapter):
     longest = """(of) => Math.max(...[...document.querySelectorAll("*")].flatMap((node) =>
       getComputedStyle(node)[of + "Duration"].split(",").map(parseFloat)))"""
     assert chapter.evaluate(longest, "animation") < 0.001
@@ -73,9 +68,7 @@ def test_nothing_moves_for_a_reader_who_asks_for_that(chapter: Page) -> None:
 
 
 @pytest.mark.parametrize("width", [768, 1024, 1280, 1920])
-def test_lines_are_no_longer_than_eyes_follow_and_cards_stand_in_the_column(
-    width: int, chapter: Page
-) -> None:
+def test_lines_are_no_longer_than_eyes_follow_and_cards_stand_in_the_column(width, chapter):
     chapter.set_viewport_size({"width": width, "height": 800})
     texts = chapter.locator("article :is(p, li):not(.rs-picture *, summary *):visible")
     widths = texts.evaluate_all(WIDTHS)
@@ -87,7 +80,7 @@ def test_lines_are_no_longer_than_eyes_follow_and_cards_stand_in_the_column(
     assert last["x"] + last["width"] == pytest.approx(head["x"] + head["width"], abs=1)
 
 
-def test_on_paper_what_fits_stays_whole_and_nothing_can_be_pressed(chapter: Page) -> None:
+def test_on_paper_what_fits_stays_whole_and_nothing_can_be_pressed(chapter):
     page = chapter
     page.emulate_media(media="print")
     short = "table:not(.rs-cards, :has(tbody tr:nth-child(9)))"
@@ -106,7 +99,7 @@ def test_on_paper_what_fits_stays_whole_and_nothing_can_be_pressed(chapter: Page
     expect(page.locator(f":is({pressed}):visible")).to_have_count(0)
 
 
-def test_a_chapter_on_paper_has_margins_and_numbers(chapter: Page) -> None:
+def test_a_chapter_on_paper_has_margins_and_numbers(chapter):
     page = chapter
     places: list[tuple[float, float, str]] = []
     second = PdfReader(io.BytesIO(page.pdf(prefer_css_page_size=True))).pages[1]
@@ -131,9 +124,7 @@ def test_a_chapter_on_paper_has_margins_and_numbers(chapter: Page) -> None:
 
 
 @pytest.mark.parametrize("name", ["benchmark", "references"])
-def test_the_head_of_the_list_and_the_page_that_is_read_are_both_seen(
-    name: str, site: Site, open_page: Opener
-) -> None:
+def test_the_head_of_the_list_and_the_page_that_is_read_are_both_seen(name, site, open_page):
     """Also where the list was scrolled to its end on another page."""
     page = visit(site, open_page, "chapters/00-one-lie", viewport={"width": 1280, "height": 800})
     for here in (name, "02-four-costs"):
@@ -146,7 +137,7 @@ def test_the_head_of_the_list_and_the_page_that_is_read_are_both_seen(
         assert foot and current and current["y"] > foot["y"] + foot["height"]
 
 
-def test_the_first_key_leads_to_the_text(site: Site, open_page: Opener) -> None:
+def test_the_first_key_leads_to_the_text(site, open_page):
     page = visit(site, open_page, CHAPTER)
     page.keyboard.press("Tab")
     link = page.get_by_role("link", name="Skip to main content")
@@ -157,7 +148,7 @@ def test_the_first_key_leads_to_the_text(site: Site, open_page: Opener) -> None:
     assert page.evaluate("document.querySelector('main').contains(document.activeElement)")
 
 
-def test_on_a_phone_the_way_on_is_no_narrow_column(site: Site, open_page: Opener) -> None:
+def test_on_a_phone_the_way_on_is_no_narrow_column(site, open_page):
     phone = {"width": 390, "height": 844}
     page = visit(site, open_page, "chapters/00-one-lie", viewport=phone)
     box = page.locator(".prev-next-area .right-next").bounding_box()

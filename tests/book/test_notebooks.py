@@ -1,7 +1,5 @@
 """Notebooks that have changed run once, several at a time, and one that fails is not kept."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -33,7 +31,7 @@ def write(path: Path, source: str) -> Path:
     return path
 
 
-def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> None:
+def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path):
     """Four notebooks run, and a kernel starts for each."""
     paths = {name: write(tmp_path / f"{name}.ipynb", text) for name, text in SOURCES.items()}
     paths["text"] = tmp_path / "text.md"
@@ -44,7 +42,7 @@ def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> N
         execution_allow_errors=False,
     )
     book = SimpleNamespace(mystnb_config=config, doc2path=lambda name: str(paths[name]))
-    notebooks.execute(None, book, list(paths))  # type: ignore[arg-type]
+    notebooks.execute(None, book, list(paths))
     cache = get_cache(config.execution_cache_path)
     for name, printed in (("one", "1\n"), ("two", "2\n")):
         _, kept = cache.merge_match_into_notebook(nbformat.read(paths[name], as_version=4))
@@ -52,11 +50,11 @@ def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> N
     with pytest.raises(KeyError):
         cache.match_cache_notebook(nbformat.read(paths["fails"], as_version=4))
     write(paths["one"], PRINTS.format(3))
-    notebooks.execute(None, book, ["one", "two", "text"])  # type: ignore[arg-type]
+    notebooks.execute(None, book, ["one", "two", "text"])
     assert sorted((tmp_path / "runs.txt").read_text().split()) == ["1", "2", "3"]
 
 
-def test_names_are_kept_as_they_were_after_each_cell(tmp_path: Path) -> None:
+def test_names_are_kept_as_they_were_after_each_cell(tmp_path):
     sources = (DEFINES, "", "sizes.append(4)")
     cells = [nbformat.v4.new_code_cell(source) for source in sources]
     kernel = {"kernelspec": {"display_name": "Python 3", "name": "python3"}}

@@ -1,7 +1,5 @@
 """Each number that a page says is what the page computes, and readers may change its data."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 
@@ -9,7 +7,7 @@ import numpy as np
 import pytest
 from robust_slam_course.text import CHANGED, check_text
 
-from tests.book.conftest import NOTEBOOKS, Site
+from tests.book.conftest import NOTEBOOKS
 from tests.book.numbers import check
 from tests.book.prose import Chapter
 from tests.book.samples import assert_right_options_are_hidden
@@ -22,13 +20,13 @@ PAGES = [page.rpartition("/")[2] for page in NOTEBOOKS]
 
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # the tolerance is enough
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_says_what_it_computes(name: str, site: Site) -> None:
+def test_a_page_says_what_it_computes(name, site):
     """The numbers are those of the run that the built page shows."""
     assert CHANGED not in site.parsed(f"chapters/{name}").get_text()
     assert not check.complaints(name, Chapter(name).text, check.computed(name))
 
 
-def test_a_wrong_number_and_changed_data_name_their_sentences() -> None:
+def test_a_wrong_number_and_changed_data_name_their_sentences():
     name, text = "02-four-costs", Chapter("02-four-costs").text
     rows = check.computed(name)
     found = check.complaints(name, text.replace("2.005", "2.015"), rows)
@@ -65,9 +63,7 @@ def test_a_wrong_number_and_changed_data_name_their_sentences() -> None:
         ("08-showcase", "metrics-ate", "[1.0, 0.0, 0.0]\n", "[1.0, 0.5, 0.0]\n"),
     ],
 )
-def test_where_a_reader_changes_the_data_a_sentence_says_so(
-    name: str, cell: str | None, data: str, other: str
-) -> None:
+def test_where_a_reader_changes_the_data_a_sentence_says_so(name, cell, data, other):
     """As exercise 7 of chapter 00 asks; no cell ends in an error."""
     assert any(data in source for source in Chapter(name).code.values())
     said = []
@@ -77,7 +73,7 @@ def test_where_a_reader_changes_the_data_a_sentence_says_so(
     assert said
 
 
-def test_all_of_what_is_checked_has_to_hold(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_of_what_is_checked_has_to_hold(capsys):
     check_text(True, [True, True])
     assert not capsys.readouterr().out
     check_text(True, [True, False])
@@ -85,13 +81,13 @@ def test_all_of_what_is_checked_has_to_hold(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(("name", "ratio"), [("00-one-lie", 1.0), ("08-showcase", 1.3)])
-def test_a_quiz_gives_nothing_away_by_place_or_length(name: str, ratio: float) -> None:
+def test_a_quiz_gives_nothing_away_by_place_or_length(name, ratio):
     questions = Chapter(name).questions()
     assert len(questions) >= 5
     assert len(assert_right_options_are_hidden(questions, ratio)) >= 3
 
 
-def test_the_live_picture_of_the_machine_shows_what_chapter_09_computes() -> None:
+def test_the_live_picture_of_the_machine_shows_what_chapter_09_computes():
     text = files("robust_slam_course.pictures").joinpath("machine.json").read_text("utf-8")
     shown, made = json.loads(text), machine.table()
     for stage, outcome in made["outcomes"].items():

@@ -1,7 +1,5 @@
 """A chapter says how long it is and what for, and at its foot what its neighbours ask."""
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 
@@ -12,7 +10,7 @@ from tests.book.conftest import CHAPTERS, PAGES, Site
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_a_chapter_begins_with_its_length_and_its_goals(name: str, site: Site) -> None:
+def test_a_chapter_begins_with_its_length_and_its_goals(name, site):
     page = site.parsed(name)
     line = page.select_one("article h1 + .rs-length")
     assert line
@@ -27,7 +25,7 @@ def test_a_chapter_begins_with_its_length_and_its_goals(name: str, site: Site) -
     assert goals and goals.find_next_sibling().name == "ul"
 
 
-def test_the_front_page_has_the_map_and_the_time_of_each_chapter(site: Site) -> None:
+def test_the_front_page_has_the_map_and_the_time_of_each_chapter(site):
     front = BeautifulSoup((site.folder / f"{PAGES[0]}.html").read_text("utf-8"), "html.parser")
     times = []
     for name, row in zip(CHAPTERS, front.select(".rs-chapters tbody tr"), strict=True):
@@ -38,7 +36,7 @@ def test_the_front_page_has_the_map_and_the_time_of_each_chapter(site: Site) -> 
     assert f"Chapter 0, {times[0]}:" in " ".join(front.select_one(".rs-doors").get_text().split())
 
 
-def test_the_ways_back_and_on_are_chapters_with_their_questions(site: Site) -> None:
+def test_the_ways_back_and_on_are_chapters_with_their_questions(site):
     rows = site.parsed(PAGES[0]).select("table tbody tr")
     asked = {row.a["href"]: row.find_all("td")[1].get_text() for row in rows}
     for before, after in pairwise(CHAPTERS):
@@ -58,21 +56,19 @@ def own(site: Site, name: str) -> Tag:
     return head.select_one("[aria-current] > .rs-map") or head.svg
 
 
-def test_the_maps_of_a_chapter_lead_to_all_in_their_order(site: Site) -> None:
+def test_the_maps_of_a_chapter_lead_to_all_in_their_order(site):
     links = site.parsed(CHAPTERS[4]).select(".rs-maps a")
     assert [link["href"] for link in links] == [f"{name.split('/')[1]}.html" for name in CHAPTERS]
     assert [link.has_attr("aria-current") for link in links] == [k == 4 for k in range(10)]
     assert links[4]["aria-label"] == links[4]["title"] == "4 · Where descent ends"
 
 
-def test_the_map_unfolds_from_the_first_chapter_to_the_last(site: Site) -> None:
+def test_the_map_unfolds_from_the_first_chapter_to_the_last(site):
     first, last, lost = (own(site, name).path["d"] for name in (CHAPTERS[0], CHAPTERS[-1], "404"))
     assert first == lost != last
 
 
-def test_every_map_has_its_wrong_closure_which_the_last_one_shows_at_its_length(
-    site: Site,
-) -> None:
+def test_every_map_has_its_wrong_closure_which_the_last_one_shows_at_its_length(site):
     lengths = []
     for name in (CHAPTERS[0], CHAPTERS[-1], "404"):
         wrong = own(site, name).select_one(".rs-is-wrong")

@@ -4,15 +4,13 @@ The faults are planted in files and asked of the module of the page; browsers tr
 does with it, since each start of Python takes seconds.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, ValuesView
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 import robust_slam as rs
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 from robust_slam.graphs import (
     PoseGraph,
     add_random_closures,
@@ -31,21 +29,21 @@ from robust_slam.graphs import (
 )
 
 from chapters._ext import TEMPLATES
-from tests.book.conftest import Site
 from tests.book.test_accessible import complaints
 from tests.book.test_pages import TOO_WIDE
-from tests.chromium import Opener, Visit, visiting
+from tests.chromium import visiting
 from tests.conftest import leave_out
 from tests.firefox import firefox
+from tests.lib import test_bad_input, test_doctor
+from tests.lib.graphs import test_formats, test_g2o
 
 SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PAGE = "chapters/your-graph"
 Ask = Callable[..., Any]
-Edit = Callable[[list[str]], list[str]]
 
 
 @pytest.fixture
-def ask(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ask:
+def ask(tmp_path, monkeypatch):
     """The module of the page, with ``tmp_path`` as its home."""
     monkeypatch.syspath_prepend(str(SOURCES))
     monkeypatch.chdir(tmp_path)
@@ -66,7 +64,7 @@ def diagnosis(ask: Ask) -> str:
 
 
 @pytest.fixture(scope="module")
-def town() -> PoseGraph:
+def town():
     rng = np.random.default_rng(0)
     graph, truth = manhattan(60, rng, closures=30)
     return add_random_closures(graph, 8, rng, poses=truth)[0]
@@ -103,9 +101,7 @@ class TestTheDoctor:
         ],
         ids=["degrees", "covariances", "swapped", "between-drives", "left-handed", "precise"],
     )
-    def test_a_planted_fault_is_named(
-        self, fault: Callable[[PoseGraph], PoseGraph], words: str, town: PoseGraph, ask: Ask
-    ) -> None:
+    def test_a_planted_fault_is_named(self, fault, words, town, ask):
         unlike = ["are covariances", "degrees", "Read with", "deviations", "counts as odometry"]
         g2o.write("graph.g2o", town)
         before = diagnosis(ask)
@@ -124,15 +120,13 @@ class TestTheDoctor:
         ],
         ids=["duplicate", "missing", "no-number", "unknown"],
     )
-    def test_a_broken_line_is_shown_with_a_remedy(
-        self, edit: Edit, words: str, town: PoseGraph, ask: Ask, tmp_path: Path
-    ) -> None:
+    def test_a_broken_line_is_shown_with_a_remedy(self, edit, words, town, ask, tmp_path):
         g2o.write(tmp_path / "graph.g2o", town, np.zeros((town.n, 3)))
         lines = (tmp_path / "graph.g2o").read_text().splitlines()
         (tmp_path / "graph.g2o").write_text("\n".join(edit(lines)))
         assert re.search(words, diagnosis(ask))
 
-    def test_noise_is_named_where_too_few_closures_are_kept_to_tell(self, ask: Ask) -> None:
+    def test_noise_is_named_where_too_few_closures_are_kept_to_tell(self, ask):
         rng = np.random.default_rng(2)
         graph, _ = manhattan(200, rng, closures=100)
         graph = replace(graph, information=100.0 * graph.information)
@@ -142,7 +136,7 @@ class TestTheDoctor:
         assert "deviations ten times as large, 0 edges" in diagnosis(ask)
 
 
-def test_the_lines_of_python_do_the_same(town: PoseGraph, ask: Ask, tmp_path: Path) -> None:
+def test_the_lines_of_python_do_the_same(town, ask, tmp_path):
     """With a step that is named as a closure, and a file whose name would be code unquoted."""
     name = "it's\na\", exit(3)  # town"
     g2o.write(f"{name}.g2o", between_drives(town))
@@ -157,7 +151,7 @@ def test_the_lines_of_python_do_the_same(town: PoseGraph, ask: Ask, tmp_path: Pa
     assert "--closure 20-21" in answer["command"]
 
 
-def test_a_trajectory_takes_closures_and_deviations(town: PoseGraph, ask: Ask) -> None:
+def test_a_trajectory_takes_closures_and_deviations(town, ask):
     write_tum("drive.tum", dead_reckoning(town))
     g2o.write("loops.g2o", replace(town, is_odometry=~town.is_odometry))
     lines = Path("loops.g2o").read_text().splitlines()[town.n - 1 :]
@@ -171,7 +165,7 @@ def test_a_trajectory_takes_closures_and_deviations(town: PoseGraph, ask: Ask) -
     assert Path("drive-clean.g2o").read_text() == answer["files"]["clean.g2o"]
 
 
-def test_each_edge_says_why(town: PoseGraph, ask: Ask) -> None:
+def test_each_edge_says_why(town, ask):
     g2o.write("graph.g2o", town)
     ask("read", name="graph.g2o")
     answer, own = ask("solve"), rs.solve(town)
@@ -184,15 +178,38 @@ def test_each_edge_says_why(town: PoseGraph, ask: Ask) -> None:
         assert (answer["size"][k] <= own.threshold) == own.kept[k]
 
 
+def texts(value):
+    """The files in a module's tables, in what it is parametrised by too."""
+    if isinstance(value, str) and "\n" in value:
+        yield value
+    marks = [mark.args for mark in getattr(value, "pytestmark", ())]
+    parts = value.values() if isinstance(value, dict) else value
+    for each in (*marks, *(parts if isinstance(parts, list | tuple | ValuesView) else ())):
+        yield from texts(each)
+
+
+READ = """async ([folder, texts, given]) => {
+  const engine = await import(`${folder}/engine.js`);
+  await engine.start(() => {}, "import page_graph");
+  const found = [];
+  for (const text of texts) {
+    const files = {file: new TextEncoder().encode(text)};
+    found.push(await engine.ask({module: "page_graph", question: "read", given, files}));
+  }
+  engine.stop();
+  return found;
+}"""
+
+
 @pytest.fixture(scope="module")
-def runtime(site: Site) -> None:
+def runtime(site):
     """The site, where it has Python for its pages."""
     if not (site.folder / "python" / "pyodide").is_dir():
         leave_out("the runtime is not there (make runtime); the page cannot read a file")
 
 
 @pytest.fixture(scope="class")
-def visit(runtime: None, address: str, browser: Browser) -> Iterator[Visit]:
+def visit(runtime, address, browser):
     url = f"{address}/{PAGE}.html"
     with visiting(browser, url, viewport={"width": 1280, "height": 900}) as opened:
         yield opened
@@ -213,7 +230,6 @@ SHIFTS = """() => new Promise((opened) => {
 
 
 def saved(page: Page, name: str, folder: Path) -> Path:
-    """What a button saves."""
     with page.expect_download() as download:
         page.get_by_role("button", name=name).click()
     path = folder / download.value.suggested_filename
@@ -224,9 +240,7 @@ def saved(page: Page, name: str, folder: Path) -> Path:
 @pytest.mark.browser
 @pytest.mark.rest
 class TestThePage:
-    def test_a_file_becomes_a_map_that_can_be_asked_and_saved(
-        self, visit: Visit, town: PoseGraph, tmp_path: Path
-    ) -> None:
+    def test_a_file_becomes_a_map_that_can_be_asked_and_saved(self, visit, town, tmp_path):
         """Python with SciPy starts in the page and solves a graph; axe-core looks at it twice."""
         page, status = visit.page, visit.page.locator("#own-graph [role=status]")
         g2o.write(tmp_path / "my town.g2o", town)
@@ -268,7 +282,7 @@ class TestThePage:
         page.set_viewport_size({"width": 390, "height": 800})
         assert page.evaluate(TOO_WIDE) == []
 
-    def test_a_broken_file_and_a_stop(self, visit: Visit) -> None:
+    def test_a_broken_file_and_a_stop(self, visit):
         """Stop ends Python in the page, which then starts again with all its packages."""
         page, status = visit.page, visit.page.locator("#own-graph [role=status]")
         page.get_by_role("button", name="A broken file").press("Enter")
@@ -282,22 +296,30 @@ class TestThePage:
         page.get_by_role("button", name="ten times too small").press("Enter")
         expect(page.locator("[data-say=notes]")).to_contain_text("deviations that are too small")
 
-    def test_from_a_file_the_command_stands_in_its_place(
-        self, site: Site, open_page: Opener
-    ) -> None:
+    def test_each_file_is_read_as_outside_of_the_browser(self, visit, address, ask):
+        """The whole numbers of Python in the page have 32 bits, and ids have more."""
+        tables = [vars(module) for module in (test_bad_input, test_doctor, test_formats, test_g2o)]
+        found = sorted({*texts([each for table in tables for each in table.values()])})
+        assert len(found) > 100 and any("A10" in text for text in found)
+        given = {"name": "file", "unknown": "skip", "indefinite": "nearest", "odometry": [1, 1]}
+        expected = []
+        for text in found:
+            Path("file").write_text(text, newline="")
+            expected.append(ask("read", **given))
+        assert visit.page.evaluate(READ, [f"{address}/python", found, given]) == expected
+
+    def test_from_a_file_the_command_stands_in_its_place(self, site, open_page):
         visit = open_page((site.folder / f"{PAGE}.html").as_uri())
         shown = visit.page.locator("#own-graph").inner_text()
         assert "Python does not run here" in shown and "robust-slam solve FILE" in shown
         assert "Drop a file" not in shown and visit.complaints == []
 
-    def test_a_site_without_the_runtime_has_the_command_alone(self) -> None:
+    def test_a_site_without_the_runtime_has_the_command_alone(self):
         html = TEMPLATES.get_template("own_graph.html").render(bytes=0, folder="")
         assert "robust-slam solve FILE" in html and not re.search("<form|<script", html)
 
     @pytest.mark.soak
-    def test_firefox_takes_a_file_too(
-        self, runtime: None, address: str, town: PoseGraph, tmp_path: Path
-    ) -> None:
+    def test_firefox_takes_a_file_too(self, runtime, address, town, tmp_path):
         g2o.write(tmp_path / "town.g2o", town)
         text = json.dumps((tmp_path / "town.g2o").read_text())
         script = f"""new Promise((done) => {{

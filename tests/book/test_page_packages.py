@@ -1,12 +1,9 @@
 """A page's packages are put in place when they are imported, and of each only what is."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import sys
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -59,12 +56,12 @@ class Files:
 
 
 @pytest.fixture
-def files() -> Files:
+def files():
     return Files()
 
 
 @pytest.fixture
-def shelf(files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+def shelf(files, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(SOURCES))
     monkeypatch.syspath_prepend(str(tmp_path))
     packages = {
@@ -80,14 +77,11 @@ def shelf(files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
 
 
 def in_place(folder: Path) -> set[str]:
-    """The files there, but for what Python compiles."""
     found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     return {path.as_posix() for path in found if path.suffix != ".pyc"}
 
 
-def test_only_the_folders_that_are_imported_are_unpacked(
-    shelf: Any, files: Files, tmp_path: Path
-) -> None:
+def test_only_the_folders_that_are_imported_are_unpacked(shelf, files, tmp_path):
     importlib.import_module("outer")
     first = {"outer/__init__.py", "outer/words.txt", "other_of_page/__init__.py"}
     assert in_place(tmp_path) == first and files.waited_for == ["words", "outer", "other"]
@@ -98,7 +92,7 @@ def test_only_the_folders_that_are_imported_are_unpacked(
     assert len(files.waited_for) == 3  # no archive is read twice
 
 
-def test_what_the_imports_of_a_cell_need_is_told_before_it_runs(shelf: Any, files: Files) -> None:
+def test_what_the_imports_of_a_cell_need_is_told_before_it_runs(shelf, files):
     cell = "import this\ndef f():\n    from outer import near"
     asked = []
     while missing := shelf.missing(cell):
@@ -109,5 +103,5 @@ def test_what_the_imports_of_a_cell_need_is_told_before_it_runs(shelf: Any, file
 
 
 @pytest.mark.parametrize("cell", ["import = 1", "from . import a", "import no_such", "print(1)"])
-def test_a_cell_that_needs_nothing_or_cannot_run_asks_for_nothing(cell: str, shelf: Any) -> None:
+def test_a_cell_that_needs_nothing_or_cannot_run_asks_for_nothing(cell, shelf):
     assert shelf.missing(cell) == []

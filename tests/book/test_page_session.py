@@ -1,11 +1,8 @@
 """What runs the cells of a page, tried natively: what cells print, show and raise."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -25,7 +22,7 @@ Result = dict[str, object]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def worker() -> Iterator[None]:
+def worker():
     """One process for all tests, as a page has one."""
     with subprocess.Popen(
         [sys.executable, "-c", PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
@@ -42,8 +39,7 @@ def run(*cells: str) -> list[Result]:
     stdin, stdout = RUNNING[0].stdin, RUNNING[0].stdout
     assert stdin and stdout
     print(json.dumps(cells), file=stdin, flush=True)
-    results: list[Result] = json.loads(stdout.readline())
-    return results
+    return json.loads(stdout.readline())
 
 
 def shown(cell: str) -> list[dict[str, str]]:
@@ -54,7 +50,7 @@ def shown(cell: str) -> list[dict[str, str]]:
     return [thing["data"] for thing in things]
 
 
-def test_cells_share_their_names_and_print_in_order() -> None:
+def test_cells_share_their_names_and_print_in_order():
     first, second = run("a = 2\nprint('one')", "import sys\nprint(a * 3, file=sys.stderr)")
     assert (first["text"], first["shown"], first["error"]) == ("one\n", [], None)
     assert second["text"] == "6\n"
@@ -64,13 +60,11 @@ def test_cells_share_their_names_and_print_in_order() -> None:
     ("cell", "text"),
     [("1 + 1", ["2"]), ("1 + 1;", []), ("a = 1", []), ("None", []), ("[1]\n2", ["2"])],
 )
-def test_the_value_of_the_last_line_is_shown_unless_a_semicolon_ends_it(
-    cell: str, text: list[str]
-) -> None:
+def test_the_value_of_the_last_line_is_shown_unless_a_semicolon_ends_it(cell, text):
     assert [data["text/plain"] for data in shown(cell)] == text
 
 
-def test_objects_say_how_they_are_shown() -> None:
+def test_objects_say_how_they_are_shown():
     cell = """
 class Both:
     def _repr_html_(self): return "<b>x</b>"
@@ -87,24 +81,24 @@ Both()
 
 
 @pytest.mark.parametrize("end", ["plt.show()", "figure", "", "display(figure); plt.close()"])
-def test_a_figure_is_shown_once_as_svg(end: str) -> None:
+def test_a_figure_is_shown_once_as_svg(end):
     cell = f"from matplotlib import pyplot as plt\nfigure, ax = plt.subplots()\n{end}"
     (data,) = shown(cell)
     assert "<svg" in data["image/svg+xml"]
 
 
-def test_the_captions_of_a_figure_arrive() -> None:
+def test_the_captions_of_a_figure_arrive():
     cell = (
         "from matplotlib import pyplot as plt\nfrom robust_slam_course.plots import captions\n"
         "captions.show(plt.figure(), 'what it is', 'what it shows')"
     )
     (result,) = run(cell)
-    (thing,) = result["shown"]  # type: ignore[misc]
+    (thing,) = result["shown"]
     words = {"figure": {"caption": "what it is"}, "image": {"alt": "what it shows"}}
-    assert thing["metadata"] == {"mystnb": words}  # type: ignore[index]
+    assert thing["metadata"] == {"mystnb": words}
 
 
-def test_a_live_picture_is_shown_as_html() -> None:
+def test_a_live_picture_is_shown_as_html():
     (data,) = shown("from robust_slam_course import pictures\npictures.cycles()")
     assert 'data-picture="cycles"' in data["text/html"]
 
@@ -114,7 +108,7 @@ def error(*cells: str) -> str:
     return str(last["error"])
 
 
-def test_a_traceback_names_the_lines_of_cells_and_packages_alone() -> None:
+def test_a_traceback_names_the_lines_of_cells_and_packages_alone():
     said = error("def f(x):\n    return np.linalg.inv(x)", "import numpy as np\nf([[0.0]])")
     lines = [line for line in said.splitlines() if "File" in line]
     assert lines[0] == '  File "this cell", line 2, in <module>'
@@ -124,21 +118,21 @@ def test_a_traceback_names_the_lines_of_cells_and_packages_alone() -> None:
     assert said.endswith("LinAlgError: Singular matrix")
 
 
-def test_causes_are_told_too() -> None:
+def test_causes_are_told_too():
     cell = "try:\n    1 / 0\nexcept ZeroDivisionError as e:\n    raise ValueError('no') from e"
     said = error(cell)
     assert said.count('File "this cell"') == 2 and "page_session" not in said
     assert "ZeroDivisionError" in said and said.endswith("ValueError: no")
 
 
-def test_a_mistake_in_the_syntax_is_pointed_at() -> None:
+def test_a_mistake_in_the_syntax_is_pointed_at():
     said = error("a = 1\nb = = 2")
     assert said.splitlines()[0] == '  File "this cell", line 2'
     assert "b = = 2" in said and said.endswith("SyntaxError: invalid syntax")
 
 
 @pytest.mark.parametrize("cell", ["!ls", "a = 1\n%matplotlib inline"])
-def test_a_notebooks_own_commands_are_named(cell: str) -> None:
+def test_a_notebooks_own_commands_are_named(cell):
     assert error(cell).endswith("the page runs Python alone.")
 
 
@@ -153,14 +147,14 @@ def test_a_notebooks_own_commands_are_named(cell: str) -> None:
         ("class A:\n    def __repr__(self): return 1 / 0\ndisplay(A())", "ZeroDivisionError"),
     ],
 )
-def test_the_session_goes_on_after_an_error(cell: str, words: str) -> None:
+def test_the_session_goes_on_after_an_error(cell, words):
     first, second = run(f"print('before')\n{cell}", "1")
     assert words in str(first["error"]) and first["text"] == "before\n"
     assert "page_session" not in str(first["error"])
     assert second["error"] is None and second["shown"]
 
 
-def test_endless_printing_is_cut_and_text_that_fits_exactly_only_where_more_follows() -> None:
+def test_endless_printing_is_cut_and_text_that_fits_exactly_only_where_more_follows():
     endless, full, more = run(
         "for k in range(50_000): print('x' * 100)",
         "print('x' * 200_000, end='')",
@@ -172,14 +166,14 @@ def test_endless_printing_is_cut_and_text_that_fits_exactly_only_where_more_foll
     assert str(more["text"]).endswith("x\n… cut after 200,000 characters\n")
 
 
-def test_a_large_value_does_not_reach_the_page() -> None:
+def test_a_large_value_does_not_reach_the_page():
     (text,) = shown("'a' * 30_000_000")
     assert len(text["text/plain"]) < 201_000 and "cut after" in text["text/plain"]
     (html,) = shown("from IPython.display import HTML\nHTML('a' * 30_000_000)")
     assert html == {"text/plain": "The text/html of this value is too large for the page."}
 
 
-def test_dataclasses_and_pickles_find_their_module() -> None:
+def test_dataclasses_and_pickles_find_their_module():
     cell = (
         "import pickle\nfrom dataclasses import dataclass\n@dataclass\nclass A:\n    x: int\n"
         "pickle.loads(pickle.dumps(A(3)))"

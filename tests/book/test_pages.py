@@ -1,12 +1,9 @@
 """Each page in Chromium without network: it works, is whole, fits a phone and is open to all."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, ViewportSize
@@ -15,7 +12,7 @@ from chapters._ext import look
 from tests import depth
 from tests.book.conftest import NOTEBOOKS, PAGES, Site
 from tests.book.test_accessible import assert_open_to_all
-from tests.chromium import Opener, Visit, visiting
+from tests.chromium import Visit, visiting
 from tools import fonts
 
 pytestmark = pytest.mark.browser
@@ -97,39 +94,35 @@ def opened(page: str, site: Site, browser: Browser) -> Iterator[Visit]:
 @pytest.fixture(
     scope="module", params=[*(page for page in PAGES if page not in NOTEBOOKS), *OTHERS]
 )
-def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
+def visit(request, site, browser):
     """A page without cells, open while its tests run."""
     with opened(request.param, site, browser) as visit:
         yield visit
 
 
 class EveryPage:
-    """What holds for every page."""
-
-    def test_nothing_fails_and_nothing_asks_for_the_network(self, visit: Visit) -> None:
+    def test_nothing_fails_and_nothing_asks_for_the_network(self, visit):
         assert visit.complaints == []
         assert visit.outside == []
 
-    def test_the_text_needs_no_other_font(self, visit: Visit) -> None:
+    def test_the_text_needs_no_other_font(self, visit):
         signs = {sign for sign in visit.page.evaluate(SHOWN) if ord(sign) not in fonts.TEXT}
         assert signs <= FROM_OTHERS
 
-    def test_every_picture_is_there_and_has_words(self, visit: Visit) -> None:
+    def test_every_picture_is_there_and_has_words(self, visit):
         broken = (
             "[...document.images].filter(i => !i.naturalWidth || !(i.alt || i.closest('.logo')))"
             ".map(i => i.outerHTML)"
         )
         assert visit.page.evaluate(broken) == []
 
-    def test_it_is_no_wider_than_the_window(self, visit: Visit) -> None:
+    def test_it_is_no_wider_than_the_window(self, visit):
         page = visit.page
         for script in (TOO_WIDE, IMAGES_OUT, KNOBS_OUT, CUT_FORMULAS, LONELY_PUNCTUATION):
             assert page.evaluate(script) == []
 
     @pytest.mark.rest
-    def test_nothing_is_wider_than_any_window_with_every_box_open(
-        self, visit: Visit, site: Site, request: pytest.FixtureRequest
-    ) -> None:
+    def test_nothing_is_wider_than_any_window_with_every_box_open(self, visit, site, request):
         """Of some widths, and in ``make soak`` of each."""
         page = visit.page
         page.evaluate("document.querySelectorAll('details').forEach(box => { box.open = true; })")
@@ -145,7 +138,7 @@ class EveryPage:
         assert not any(wider.values()), wider
 
     @pytest.mark.rest
-    def test_on_a_desk_it_is_open_to_all(self, visit: Visit) -> None:
+    def test_on_a_desk_it_is_open_to_all(self, visit):
         """axe-core looks at every element in the light, and at the colours again in the dark."""
         visit.page.set_viewport_size(DESK)
         # Only then does the theme let keys reach what scrolls at this width.
@@ -158,7 +151,7 @@ class TestPage(EveryPage):
 
 
 @pytest.mark.rest
-def test_what_is_too_wide_is_found_and_paper_is_white(site: Site, open_page: Opener) -> None:
+def test_what_is_too_wide_is_found_and_paper_is_white(site, open_page):
     address = (site.folder / "chapters" / "03-irls.html").as_uri()
     page = open_page(address, color_scheme="dark", viewport=PHONE).page
     theme = "document.documentElement.dataset.theme"
@@ -171,7 +164,7 @@ def test_what_is_too_wide_is_found_and_paper_is_white(site: Site, open_page: Ope
     assert "the page" in page.evaluate(TOO_WIDE)
 
 
-def test_the_watch_sees_what_it_looks_for(tmp_path: Path, open_page: Opener) -> None:
+def test_the_watch_sees_what_it_looks_for(tmp_path, open_page):
     path = tmp_path / "bad.html"
     path.write_text("<img src=https://example.org/a.png><script>console.error('oh')</script>")
     visit = open_page(path.as_uri())

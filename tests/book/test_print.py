@@ -1,12 +1,9 @@
 """The printed book: contents, bookmarks and links agree, and nothing of the site is lost."""
 
-from __future__ import annotations
-
 import io
 import re
 import shutil
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +12,9 @@ from playwright.sync_api import Page
 from pypdf import PageObject, PdfReader
 
 from tests.book.built_site import DRAWN
-from tests.book.conftest import PAGES, Site
-from tests.chromium import Opener
+from tests.book.conftest import PAGES
 from tests.conftest import leave_out
 from tools.print.__main__ import book, places, write
-from tools.print.book import Book
 
 pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.rest]
 FEW = ["chapters/00-one-lie", "chapters/how-large-a-map", "chapters/cheat-sheet"]
@@ -36,14 +31,12 @@ COUNT = """([html, kinds]) => {
 
 
 def counted(page: Page, html: str, below: str) -> list[int]:
-    """How many there are of each kind."""
     kinds = [f"{below} {kind}" for kind in KINDS]
-    found: list[int] = page.evaluate(COUNT, [DRAWN.sub(r"\1", html), kinds])
-    return found
+    return page.evaluate(COUNT, [DRAWN.sub(r"\1", html), kinds])
 
 
 @pytest.fixture(scope="module")
-def printed(site: Site, tmp_path_factory: pytest.TempPathFactory) -> tuple[Book, PdfReader, Path]:
+def printed(site, tmp_path_factory):
     """A book of a few pages, and its PDF."""
     if not (shutil.which("chromium-headless-shell") or shutil.which("chromium")):
         leave_out("chromium-headless-shell is not installed; no book can be printed")
@@ -56,9 +49,7 @@ def printed(site: Site, tmp_path_factory: pytest.TempPathFactory) -> tuple[Book,
     return joined, PdfReader(target), target
 
 
-def test_contents_and_bookmarks_name_the_pages_where_sections_begin(
-    printed: tuple[Book, PdfReader, Path],
-) -> None:
+def test_contents_and_bookmarks_name_the_pages_where_sections_begin(printed):
     """The first one waits until Chromium has printed a book of three pages."""
     joined, reader, target = printed
     listed = places(target)
@@ -76,9 +67,7 @@ def test_contents_and_bookmarks_name_the_pages_where_sections_begin(
         assert title in reader.pages[number - 1].extract_text()
 
 
-def test_a_line_of_text_holds_as_many_letters_as_eyes_follow(
-    printed: tuple[Book, PdfReader, Path],
-) -> None:
+def test_a_line_of_text_holds_as_many_letters_as_eyes_follow(printed):
     _, reader, target = printed
     first, last = (places(target)[page] for page in FEW[:2])
     texts = [page.extract_text() for page in reader.pages[first - 1 : last - 1]]
@@ -120,7 +109,7 @@ def places_of_text(page: PageObject) -> list[tuple[float, float]]:
     return found
 
 
-def test_it_is_tagged_named_and_carries_its_fonts(printed: tuple[Book, PdfReader, Path]) -> None:
+def test_it_is_tagged_named_and_carries_its_fonts(printed):
     _, reader, _ = printed
     root = reader.trailer["/Root"]
     assert root["/MarkInfo"]["/Marked"] and root["/Lang"] == "en"
@@ -136,9 +125,7 @@ def test_it_is_tagged_named_and_carries_its_fonts(printed: tuple[Book, PdfReader
             assert embedded or font["/Subtype"] == "/Type3", font["/BaseFont"]
 
 
-def test_each_link_leads_within_the_document_or_to_the_web(
-    printed: tuple[Book, PdfReader, Path],
-) -> None:
+def test_each_link_leads_within_the_document_or_to_the_web(printed):
     _, reader, target = printed
     known = places(target)
     notes = [note.get_object() for page in reader.pages for note in page.get("/Annots", [])]
@@ -149,9 +136,7 @@ def test_each_link_leads_within_the_document_or_to_the_web(
     assert all(uri.startswith(("https:", "http:", "mailto:")) for uri in outside)
 
 
-def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(
-    site: Site, open_page: Opener
-) -> None:
+def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(site, open_page):
     """All pages of the site are joined into one document and counted in the browser."""
     joined = book(site.folder)
     assert sorted(joined.pages) == sorted(PAGES)
@@ -171,8 +156,8 @@ def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(
 @pytest.mark.soak
 @pytest.mark.parametrize("paper", ["A4", "Letter"])
 def test_the_whole_book_has_at_most_250_pages_and_no_heading_alone_at_a_foot(
-    paper: str, site: Site, open_page: Opener, tmp_path: Path
-) -> None:
+    paper, site, open_page, tmp_path
+):
     source = tmp_path / "book.html"
     source.write_text(book(site.folder).html({}), encoding="utf-8")
     page = open_page(source.as_uri()).page
@@ -182,7 +167,7 @@ def test_the_whole_book_has_at_most_250_pages_and_no_heading_alone_at_a_foot(
     assert len(flat(printed.outline)) > 200 and lone(printed) == []
 
 
-def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site: Site) -> None:
+def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site):
     page = "chapters/00-one-lie"
     quiz = BeautifulSoup(book(site.folder, [page]).html({}), "html.parser").select(".rs-quiz")[0]
     letters = dict(re.findall(r"(\d) (\w(?: and \w)*)", quiz.select("p.answers")[0].get_text()))

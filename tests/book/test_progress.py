@@ -1,7 +1,5 @@
 """The browser remembers what was read and done, saves it as a file, and forgets it when asked."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.book.conftest import ROOT, Site, place
+from tests.book.conftest import ROOT, place
 from tests.book.test_quizzes import KEPT, REFUSED
 from tests.chromium import Visit, page_in, visiting
 from tests.conftest import leave_out
@@ -55,9 +53,7 @@ def errors(visit: Visit) -> list[str]:
     return [said for said in visit.complaints if not said.startswith("failed: ")]
 
 
-def test_a_link_that_was_followed_has_a_tick_until_it_is_forgotten(
-    browser: Browser, tmp_path: Path
-) -> None:
+def test_a_link_that_was_followed_has_a_tick_until_it_is_forgotten(browser, tmp_path):
     with students(browser, tmp_path) as visit:
         page = visit.page
         page.get_by_role("link", name="other").click()
@@ -79,7 +75,7 @@ def test_a_link_that_was_followed_has_a_tick_until_it_is_forgotten(
         assert errors(visit) == visit.outside == []
 
 
-def test_a_middle_click_opens_and_a_right_one_does_not(browser: Browser, tmp_path: Path) -> None:
+def test_a_middle_click_opens_and_a_right_one_does_not(browser, tmp_path):
     with students(browser, tmp_path) as visit:
         link = visit.page.get_by_role("link", name="open in the browser").first
         link.click(button="right")
@@ -89,9 +85,7 @@ def test_a_middle_click_opens_and_a_right_one_does_not(browser: Browser, tmp_pat
 
 
 @pytest.mark.parametrize("kept", ["{", "null", "7", '{"assignments": 3}', '{"quizzes": null}'])
-def test_what_else_is_kept_under_the_name_stops_nothing(
-    kept: str, browser: Browser, tmp_path: Path
-) -> None:
+def test_what_else_is_kept_under_the_name_stops_nothing(kept, browser, tmp_path):
     before = f"{KEPT} ?? localStorage.setItem('robust-slam-progress', {kept!r})"
     with students(browser, tmp_path, before) as visit:
         visit.page.get_by_role("link", name=ZIP).click()
@@ -99,9 +93,7 @@ def test_what_else_is_kept_under_the_name_stops_nothing(
         assert errors(visit) == []
 
 
-def test_where_nothing_can_be_kept_links_are_as_they_were(
-    browser: Browser, tmp_path: Path
-) -> None:
+def test_where_nothing_can_be_kept_links_are_as_they_were(browser, tmp_path):
     with students(browser, tmp_path, REFUSED) as visit:
         visit.page.get_by_role("link", name=ZIP).click()
         assert ticks(visit.page) == 0 and errors(visit) == []
@@ -130,9 +122,7 @@ def written(folder: Path, name: str, body: str) -> str:
     return path.as_uri()
 
 
-def test_a_chapter_is_read_at_its_end_and_the_last_place_is_kept(
-    browser: Browser, tmp_path: Path
-) -> None:
+def test_a_chapter_is_read_at_its_end_and_the_last_place_is_kept(browser, tmp_path):
     chapter, place = written(tmp_path, "03-irls", LONG), written(tmp_path, "progress", PLACE)
     with visiting(browser, place) as visit:
         # In a tab of its own: what a page writes right before it is left may be lost.
@@ -157,7 +147,7 @@ def reload_until(shown: Locator) -> None:
     raise AssertionError(f"{shown} never came")
 
 
-def test_what_is_kept_goes_to_another_browser_as_a_file(browser: Browser, tmp_path: Path) -> None:
+def test_what_is_kept_goes_to_another_browser_as_a_file(browser, tmp_path):
     place, saved = written(tmp_path, "progress", PLACE), tmp_path / "saved.json"
     kept = {
         "quizzes": {"chapters/03-irls": QUIZ},
@@ -197,9 +187,7 @@ def test_what_is_kept_goes_to_another_browser_as_a_file(browser: Browser, tmp_pa
 
 
 @pytest.mark.parametrize("name", ["students", "03-irls"])
-def test_every_link_to_an_assignment_is_known(
-    name: str, site: Site, address: str, browser: Browser
-) -> None:
+def test_every_link_to_an_assignment_is_known(name, site, address, browser):
     with page_in(browser) as page:
         page.goto(place(site, address, f"chapters/{name}", "http"))
         links = page.locator(TO_ASSIGNMENTS)

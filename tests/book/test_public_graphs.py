@@ -1,7 +1,5 @@
 """Chapters 03 and 08 with and without the public graphs: what they say is what they computed."""
 
-from __future__ import annotations
-
 import os
 import re
 from dataclasses import dataclass
@@ -107,7 +105,7 @@ def ran(section: Section, here: bool, empty: Path) -> SimpleNamespace:
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> object:
+def page(tmp_path_factory):
     """A function (section, here) -> what the section says, each run once."""
     empty = tmp_path_factory.mktemp("empty")
 
@@ -126,7 +124,7 @@ def numbers(text: str) -> set[str]:
 @pytest.mark.rest
 @each_way
 @each_section
-def test_every_number_of_the_text_was_printed(section: Section, here: bool, page) -> None:
+def test_every_number_of_the_text_was_printed(section, here, page):
     """A kernel starts and runs the section, which makes several maps of a graph."""
     shown = page(section, here)
     assert CHANGED not in shown.printed
@@ -137,7 +135,7 @@ def test_every_number_of_the_text_was_printed(section: Section, here: bool, page
 
 @pytest.mark.rest
 @each_section
-def test_without_the_graph_one_sentence_says_so_and_no_other_names_it(section, page) -> None:
+def test_without_the_graph_one_sentence_says_so_and_no_other_names_it(section, page):
     shown = page(section, False)
     name = section.graph.replace("i", "I", 1)
     (sentence,) = [s for s in re.split(r"(?<=\.) ", shown.text) if name in s]
@@ -150,7 +148,7 @@ def test_without_the_graph_one_sentence_says_so_and_no_other_names_it(section, p
 
 @pytest.mark.rest
 @each_section
-def test_with_the_graph_the_text_and_the_captions_name_it(section, page) -> None:
+def test_with_the_graph_the_text_and_the_captions_name_it(section, page):
     shown = page(section, True)
     name = section.graph.replace("i", "I", 1)
     assert f"This is the public graph {name}" in shown.text
@@ -159,7 +157,7 @@ def test_with_the_graph_the_text_and_the_captions_name_it(section, page) -> None
 
 
 @each_section
-def test_what_does_not_depend_on_the_graph_claims_nothing_about_it(section: Section) -> None:
+def test_what_does_not_depend_on_the_graph_claims_nothing_about_it(section):
     static = [cell for cell in cells(section) if cell.cell_type == "markdown"]
     captions = [cell.metadata.get("mystnb", {}) for cell in cells(section)]
     assert static
@@ -169,7 +167,7 @@ def test_what_does_not_depend_on_the_graph_claims_nothing_about_it(section: Sect
 
 @pytest.mark.rest
 @each_way
-def test_the_sweep_says_of_intels_odometry_what_it_computed(here: bool, page) -> None:
+def test_the_sweep_says_of_intels_odometry_what_it_computed(here, page):
     shown = page(SECTIONS[1], here)
     results = read_results(prose.CHAPTERS / "data" / "robustness.csv")
     good, runs = results.good(method="PCM + GNC-TLS", graph="CSAIL")
@@ -178,7 +176,7 @@ def test_the_sweep_says_of_intels_odometry_what_it_computed(here: bool, page) ->
     assert ("Why is Intel different" in shown.sweep) == here
 
 
-def test_the_rest_of_a_chapter_prints_no_number_of_a_public_graph() -> None:
+def test_the_rest_of_a_chapter_prints_no_number_of_a_public_graph():
     for section in SECTIONS:
         static = prose.Chapter(section.notebook).text
         sentences = re.split(r"(?<=[.:;])\s", static)
@@ -195,7 +193,7 @@ def rendered(outputs: list[NotebookNode]) -> dict[str, object]:
     return token.meta["metadata"]["mystnb"]
 
 
-def test_the_words_of_an_output_join_those_of_its_cell() -> None:
+def test_the_words_of_an_output_join_those_of_its_cell():
     words = {"figure": {"caption": "A town."}, "image": {"alt": "A map."}}
     own = new_output("display_data", metadata={"mystnb": words})
     plain = new_output("stream", text="1 pose")

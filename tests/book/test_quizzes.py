@@ -1,18 +1,15 @@
 """The quizzes of the chapters in Chromium."""
 
-from __future__ import annotations
-
 import json
 import re
-from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.book.alone import leave_alone
-from tests.book.conftest import CHAPTERS, Site, place
+from tests.book.conftest import CHAPTERS, place
 from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
-from tests.chromium import Opener, visiting
+from tests.chromium import visiting
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
@@ -59,14 +56,14 @@ def ticks(page: Page) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def page(site: Site, browser: Browser) -> Iterator[Page]:
+def page(site, browser):
     """A chapter, open while its quiz is answered in several ways."""
     url = (site.folder / f"{ONE}.html").as_uri()
     with visiting(browser, url, color_scheme="light") as visit:
         yield visit.page
 
 
-def test_every_option_answers_when_it_is_chosen(page: Page) -> None:
+def test_every_option_answers_when_it_is_chosen(page):
     asked = page.evaluate(CHOOSE_ALL)
     assert len(asked) > 1
     for before, options in asked:
@@ -78,7 +75,7 @@ def test_every_option_answers_when_it_is_chosen(page: Page) -> None:
     assert page.locator(".rs-quiz p").evaluate_all(aligned) == ["start"]
 
 
-def test_it_is_answered_by_mouse_and_keyboard_and_enter_leaves_it_there(page: Page) -> None:
+def test_it_is_answered_by_mouse_and_keyboard_and_enter_leaves_it_there(page):
     before, question = page.url, questions(page)[0]
     question.locator("label").nth(1).click()
     expect(question.locator("p").nth(1)).to_be_visible()
@@ -92,7 +89,7 @@ def test_it_is_answered_by_mouse_and_keyboard_and_enter_leaves_it_there(page: Pa
     assert page.url == before
 
 
-def test_on_paper_nothing_is_answered(page: Page) -> None:
+def test_on_paper_nothing_is_answered(page):
     seen = page.locator(".rs-quiz :is(p, button):visible")
     assert seen.count() > 1
     page.emulate_media(media="print")
@@ -101,7 +98,7 @@ def test_on_paper_nothing_is_answered(page: Page) -> None:
     page.emulate_media(media="screen")
 
 
-def test_answers_are_open_to_all(page: Page) -> None:
+def test_answers_are_open_to_all(page):
     leave_alone(page, ".rs-quiz")
     for question in questions(page):
         choose(question, "right")
@@ -114,7 +111,7 @@ def test_answers_are_open_to_all(page: Page) -> None:
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_every_question_has_a_name_one_right_option_and_answers(name: str, site: Site) -> None:
+def test_every_question_has_a_name_one_right_option_and_answers(name, site):
     found = site.parsed(name).select(".rs-quiz fieldset")
     assert len(found) > 1
     for question in found:
@@ -123,7 +120,7 @@ def test_every_question_has_a_name_one_right_option_and_answers(name: str, site:
         assert len(answers) > 1 and all(map(VERDICT.match, answers))
 
 
-def test_without_scripts_every_option_answers(site: Site, open_page: Opener) -> None:
+def test_without_scripts_every_option_answers(site, open_page):
     page = open_page((site.folder / f"{ONE}.html").as_uri(), java_script_enabled=False).page
     for question in questions(page):
         for kind, verdict in (("right", "✓ Right."), ("wrong", "✗ No.")):
@@ -133,9 +130,7 @@ def test_without_scripts_every_option_answers(site: Site, open_page: Opener) -> 
     assert page.locator(".rs-forget").count() == 0
 
 
-def test_choices_and_the_tick_last_until_they_are_forgotten(
-    address: str, site: Site, open_page: Opener
-) -> None:
+def test_choices_and_the_tick_last_until_they_are_forgotten(address, site, open_page):
     visit = open_page(place(site, address, ONE, "http"), viewport={"width": 1280, "height": 900})
     page = visit.page
     asked = questions(page)
@@ -166,9 +161,7 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     assert visit.complaints == visit.outside == []
 
 
-def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(
-    address: str, site: Site, open_page: Opener
-) -> None:
+def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(address, site, open_page):
     visit = open_page(place(site, address, OTHER, "http"), viewport={"width": 1280, "height": 900})
     page = visit.page
     prediction = page.locator(".rs-predict").first

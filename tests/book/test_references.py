@@ -1,7 +1,5 @@
 """Each paper that is cited is listed, with one identifier, and each that is listed is cited."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter
@@ -25,7 +23,6 @@ WITHOUT_DOI = {
 
 
 def texts() -> Iterator[tuple[str, str]]:
-    """The name and the text of each page."""
     for path in sorted([*CHAPTERS.glob("*.md"), *CHAPTERS.glob("*.ipynb")]):
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".ipynb":
@@ -40,7 +37,7 @@ KEYS = {key.strip() for keys in LISTS for key in keys.split(",")}
 
 
 @pytest.mark.parametrize("key", sorted(ENTRIES))
-def test_an_entry_has_one_identifier(key: str) -> None:
+def test_an_entry_has_one_identifier(key):
     fields = ENTRIES[key].fields
     assert fields["title"] and fields["year"]
     if key in WITHOUT_DOI:
@@ -51,7 +48,7 @@ def test_an_entry_has_one_identifier(key: str) -> None:
     assert "arxiv" not in fields["doi"].lower() or PREPRINT.fullmatch(fields["doi"])
 
 
-def test_no_two_entries_are_one_paper() -> None:
+def test_no_two_entries_are_one_paper():
     for field in ("doi", "title"):
         values = Counter(
             re.sub(r"\W", "", entry.fields[field].lower())
@@ -61,6 +58,6 @@ def test_no_two_entries_are_one_paper() -> None:
         assert [value for value, count in values.items() if count > 1] == []
 
 
-def test_every_key_that_is_cited_exists_and_every_entry_is_cited() -> None:
+def test_every_key_that_is_cited_exists_and_every_entry_is_cited():
     assert KEYS - set(ENTRIES) == set()
     assert set(ENTRIES) - KEYS == set()

@@ -3,8 +3,6 @@
 Node runs the same Python as the worker, without a browser.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import dataclass
@@ -18,7 +16,7 @@ import pytest
 from jupyter_cache import get_cache
 
 from chapters._ext import python as pages
-from tests.book.conftest import NOTEBOOKS, ROOT, Site
+from tests.book.conftest import NOTEBOOKS, ROOT
 from tests.conftest import leave_out
 
 RUN = Path(__file__).with_name("engine") / "run_cells.mjs"
@@ -33,7 +31,7 @@ OTHER_TEXT = {
     f"{chapter}-{cell}": GRAPH
     for chapter, cells in {
         "03-irls/intel": ("load", "what", "maps", "read", "start", "start-read"),
-        "08-showcase/larger": ("read",),
+        "what-the-measurements-support/larger": ("read",),
         "08-showcase/public": ("load", "what", "run", "why-read", "why", "read"),
     }.items()
     for cell in cells
@@ -75,13 +73,11 @@ def stored(name: str) -> dict[str, Output]:
 
 
 def output(cell: nbformat.NotebookNode) -> Output:
-    """What a cell of an executed notebook holds."""
     printed = "".join(each.text for each in cell.outputs if each.output_type == "stream")
     return Output(printed, tuple(best(each.data) for each in cell.outputs if "data" in each))
 
 
 def compare(there: Output, here: Output) -> list[str]:
-    """In what a cell differs from the book's."""
     kinds = [[kind for kind, _ in each.shown] for each in (there, here)]
     if kinds[0] != kinds[1]:
         return [f"shows {kinds[1]}, not {kinds[0]}"]
@@ -98,7 +94,7 @@ def same(there: str, here: str) -> bool:
 
 
 @pytest.fixture(scope="session")
-def python(site: Site) -> Path:
+def python(site):
     """The folder of the site with Python and the chapters' code."""
     folder = site.folder / "python"
     if not (folder / "pyodide").is_dir():
@@ -113,8 +109,7 @@ def run(python: Path, name: str) -> list[dict[str, Any]]:
         return_completed_process=True, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
-    results: list[dict[str, Any]] = json.loads(done.stdout)
-    return results
+    return json.loads(done.stdout)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +120,7 @@ def run(python: Path, name: str) -> list[dict[str, Any]]:
     ],
 )
 @pytest.mark.rest
-def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name: str, python: Path) -> None:
+def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name, python):
     """Pyodide loads NumPy, SciPy and Matplotlib, then runs all cells of the chapter."""
     book, results = stored(name), run(python, name)
     wrong = []
@@ -143,7 +138,7 @@ def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name: str, python: 
     assert wrong == []
 
 
-def test_only_the_cells_of_one_solver_are_left_out() -> None:
+def test_only_the_cells_of_one_solver_are_left_out():
     """A cell that cannot run says why; a cell that needs the solver says so."""
     left_out, names = {}, set()
     for path in sorted((ROOT / "chapters").glob("*.ipynb")):
@@ -158,9 +153,7 @@ def test_only_the_cells_of_one_solver_are_left_out() -> None:
     assert all(reason.endswith(SOLVER) for reason in left_out.values())
 
 
-def test_without_the_runtime_pages_stay_as_they_were_and_the_log_says_why(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_runtime_pages_stay_as_they_were_and_the_log_says_why(tmp_path, monkeypatch):
     said = MagicMock()
     monkeypatch.setattr(pages.LOGGER, "info", said)
     app, context = MagicMock(srcdir=tmp_path, outdir=tmp_path), {"metatags": "as it was"}

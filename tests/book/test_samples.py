@@ -1,7 +1,5 @@
 """Sample pages of the grader: on the site where they are made, and nothing of them elsewhere."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -57,7 +55,7 @@ def put(folder: Path) -> None:
     page.write_text(f"<!doctype html>\n<title>The report</title>\n{HEAT}", encoding="utf-8")
 
 
-def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
+def test_a_small_heat_map_has_a_square_for_each_of_the_reports():
     shown = thumbnail(HEAT)
     squares = re.findall(r'<rect x="(\d+)" y="(\d+)" [^>]*class="(\w+)"/>', shown)
     levels = ["all", "zero", "some", "unmarked", "most", "all"]
@@ -69,7 +67,7 @@ def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
     assert "2 rows of students" in shown and 'viewBox="0 0 35 20"' in shown
 
 
-def test_where_they_are_made_the_page_leads_to_them_as_they_come_and_go(tmp_path: Path) -> None:
+def test_where_they_are_made_the_page_leads_to_them_as_they_come_and_go(tmp_path):
     """Sphinx builds the page three times, each time in a new process."""
     address = f"../{SAMPLES}/{REPORT}"
     target = (tmp_path / "out" / "chapters" / address).resolve()

@@ -1,15 +1,12 @@
 """The search finds sections and shows their text; a query loads little."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 
 import pytest
 
 from chapters._ext import finding, formulas
-from tests.book.conftest import NOTEBOOKS, WAYS, Site, place
-from tests.chromium import Opener
+from tests.book.conftest import NOTEBOOKS, WAYS, place
 
 KILOBYTES = 300
 """What a query may load, beyond the page of results itself."""
@@ -20,9 +17,7 @@ WEIGHT = """performance.getEntriesByType("resource").filter(e => e.name.includes
 
 @pytest.mark.browser
 @pytest.mark.parametrize("way", WAYS)
-def test_a_word_of_the_chapters_is_found(
-    way: str, site: Site, address: str, open_page: Opener
-) -> None:
+def test_a_word_of_the_chapters_is_found(way, site, address, open_page):
     found = open_page(place(site, address, "search", way) + "?q=huber")
     # Results are listed one after another: wait for the second page that has the word.
     found.page.locator("#search-results > ul > li").nth(1).wait_for()
@@ -32,11 +27,7 @@ def test_a_word_of_the_chapters_is_found(
 @pytest.mark.browser
 @pytest.mark.rest
 class TestOverTheNetwork:
-    """Pages that a server sends."""
-
-    def test_a_result_leads_to_its_section_and_shows_text(
-        self, address: str, open_page: Opener
-    ) -> None:
+    def test_a_result_leads_to_its_section_and_shows_text(self, address, open_page):
         page = open_page(f"{address}/search.html?q=leverage").page
         section = page.locator("#search-results ul ul li").first
         section.wait_for()
@@ -49,7 +40,7 @@ class TestOverTheNetwork:
         page.wait_for_url("**/chapters/**")
         assert page.locator(f"[id='{anchor.partition('#')[2]}']").is_visible()
 
-    def test_results_are_listed_while_one_types(self, address: str, open_page: Opener) -> None:
+    def test_results_are_listed_while_one_types(self, address, open_page):
         page = open_page(f"{address}/chapters/05-gnc.html").page
         page.keyboard.press("Control+k")
         page.keyboard.type("leverage", delay=20)
@@ -61,7 +52,7 @@ class TestOverTheNetwork:
         page.keyboard.press("Enter")
         page.wait_for_url(lambda url: not url.endswith("05-gnc.html"))
 
-    def test_more_results_are_shown_on_demand(self, address: str, open_page: Opener) -> None:
+    def test_more_results_are_shown_on_demand(self, address, open_page):
         page = open_page(f"{address}/search.html?q=outlier").page
         results = page.locator("#search-results > ul > li")
         results.nth(4).wait_for()
@@ -69,13 +60,13 @@ class TestOverTheNetwork:
         page.get_by_role("button", name="Show more").click()
         results.nth(9).wait_for()
 
-    def test_it_says_when_nothing_is_found(self, address: str, open_page: Opener) -> None:
+    def test_it_says_when_nothing_is_found(self, address, open_page):
         page = open_page(f"{address}/search.html?q=xylophone").page
         page.get_by_text("No page has “xylophone”.").wait_for()
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
-def test_a_page_is_indexed_to_its_end(name: str, site: Site) -> None:
+def test_a_page_is_indexed_to_its_end(name, site):
     """An element that ended too early would end the article, and all behind it be left out."""
     page = (site.folder / f"{name}.html").read_text("utf-8")
     made = finding.for_the_index(page)
@@ -93,12 +84,12 @@ def test_a_page_is_indexed_to_its_end(name: str, site: Site) -> None:
         (r"\hat x = e^x", "x = e^x"),
     ],
 )
-def test_a_formula_is_text_in_the_index(tex: str, text: str) -> None:
+def test_a_formula_is_text_in_the_index(tex, text):
     formula = ElementTree.fromstring(formulas.mathml(tex, False))
     assert finding.in_a_line(formula) == text
 
 
-def test_a_formula_or_number_that_is_a_line_or_a_cell_is_not_in_the_index() -> None:
+def test_a_formula_or_number_that_is_a_line_or_a_cell_is_not_in_the_index():
     formula, cell = '<span class="math"><math><mi>y</mi></math></span>', "<td><p>{}</p></td>"
     for alone in (
         cell.format(formula),
@@ -107,8 +98,3 @@ def test_a_formula_or_number_that_is_a_line_or_a_cell_is_not_in_the_index() -> N
     ):
         assert not {*"y9"} & {*finding.for_the_index(alone)}
     assert "y</span> is 9" in finding.for_the_index(cell.format(f"{formula} is 9"))
-
-
-def test_sections_have_their_addresses_in_the_index() -> None:
-    page = '<section id="a-run">\n<h2>A run</h2>'
-    assert finding.for_the_index(page) == '<section><h2 id="a-run">A run</h2>'

@@ -1,7 +1,5 @@
 """The built site: no warnings, whole links, nothing from outside, nothing that is secret."""
 
-from __future__ import annotations
-
 import re
 from html import escape
 from html.parser import HTMLParser
@@ -45,8 +43,7 @@ class Reader(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def pages(site: Site) -> dict[Path, Reader]:
-    """Every page of the site, read."""
+def pages(site):
     found = [path for path in site.folder.rglob("*.html") if "_static" not in path.parts]
     return {path: Reader(path.read_text(encoding="utf-8")) for path in sorted(found)}
 
@@ -55,15 +52,13 @@ def inside(address: str) -> bool:
     return not urlsplit(address).scheme and not address.startswith("//")
 
 
-def test_the_build_succeeds_without_a_warning(site: Site) -> None:
+def test_the_build_succeeds_without_a_warning(site):
     warnings = [line for line in site.log.splitlines() if re.search(r"WARNING:|ERROR:", line)]
     assert warnings == []
     assert site.status == 0, site.log[-3000:]
 
 
-def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(monkeypatch):
     monkeypatch.setattr(render, "coalesce_streams", render.coalesce_streams)
     notebooks.setup(MagicMock())
     pieces = ("c = 1:", " 31.7%\nd = 3:", " 80.1%", "\n  e = 6\n\n", "end\n")
@@ -73,15 +68,12 @@ def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(
 
 
 @pytest.fixture(scope="module")
-def version() -> str:
-    """The version of the library that students install."""
+def version():
     return wheels.version(ROOT, "lib")
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(
-    page: str, site: Site, version: str
-) -> None:
+def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(page, site, version):
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
     assert re.search(rf"<title>.*{re.escape(escape(TITLE))}</title>", html, re.S)
     assert re.search(r'<meta content="[^"]{20,}" name="description"', html)
@@ -96,7 +88,7 @@ def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(
     assert f"It is not affiliated with either. Version {version}." in foot
 
 
-def test_the_chapters_are_the_whole_site(site: Site) -> None:
+def test_the_chapters_are_the_whole_site(site):
     """Neither solutions nor tests are built, not even as sources to download."""
     sources = [path.relative_to(site.folder / "_sources") for path in files(site, "_sources")]
     assert sorted({str(path.parent) for path in sources}) == ["chapters"]
@@ -107,7 +99,7 @@ def files(site: Site, folder: str) -> list[Path]:
     return [path for path in (site.folder / folder).rglob("*") if path.is_file()]
 
 
-def test_no_page_loads_anything_from_outside(pages: dict[Path, Reader]) -> None:
+def test_no_page_loads_anything_from_outside(pages):
     outside = {
         address
         for reader in pages.values()
@@ -117,7 +109,7 @@ def test_no_page_loads_anything_from_outside(pages: dict[Path, Reader]) -> None:
     assert outside == set()
 
 
-def test_every_link_inside_the_site_leads_somewhere(pages: dict[Path, Reader]) -> None:
+def test_every_link_inside_the_site_leads_somewhere(pages):
     assert [line for path in pages for line in broken(path, pages)] == []
 
 
@@ -134,7 +126,7 @@ def broken(page: Path, pages: dict[Path, Reader]) -> list[str]:
 
 
 @pytest.mark.parametrize("name", assignment.find_names(ASSIGNMENTS))
-def test_the_sections_that_feedback_links_to_are_there(name: str, site: Site) -> None:
+def test_the_sections_that_feedback_links_to_are_there(name, site):
     config = assignment.load_config(ASSIGNMENTS / name / assignment.CONFIG_NAME)
     sections = site.parsed(f"chapters/{config.chapter}").find_all("section", id=True)
     assert {anchor(each) for each in config.sections.values()} <= {one["id"] for one in sections}
@@ -153,9 +145,7 @@ class TestExtension:
     @pytest.mark.parametrize(
         "name", ["lib/robust_slam/estimators/kernels.py", "chapters/data/growth.csv"]
     )
-    def test_notebooks_run_again_when_what_they_read_changes(
-        self, name: str, tmp_path: Path
-    ) -> None:
+    def test_notebooks_run_again_when_what_they_read_changes(self, name, tmp_path):
         app, caches = self.application(tmp_path), []
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -167,8 +157,8 @@ class TestExtension:
         assert caches[0] == caches[2] != caches[1]
 
     def test_notebooks_run_again_when_a_public_graph_appears_or_vanishes(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+        self, tmp_path, monkeypatch
+    ):
         app, caches = self.application(tmp_path), []
         for here in ((), ("intel",), ("CSAIL",), ("CSAIL", "intel"), ()):
             monkeypatch.setattr(notebooks.datasets, "is_here", here.__contains__)
@@ -179,7 +169,7 @@ class TestExtension:
         assert len(set(caches)) == 4
 
     @pytest.mark.parametrize("warnings", [0, 1])
-    def test_only_a_build_with_warnings_is_forgotten(self, warnings: int, tmp_path: Path) -> None:
+    def test_only_a_build_with_warnings_is_forgotten(self, warnings, tmp_path):
         app = self.application(tmp_path, _warncount=warnings)
         notebooks.forget_if_warned(app, None)
         assert (tmp_path / "doctrees" / "environment.pickle").exists() == (warnings == 0)

@@ -1,16 +1,13 @@
 """The decks: cut from the chapters' pages, whole on the screen, and alive."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.book.conftest import CHAPTERS, ROOT, Site
+from tests.book.conftest import CHAPTERS, ROOT
 from tests.book.taking_hold import by_keyboard, by_mouse, follows, handles, pictures
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener, served
@@ -53,7 +50,7 @@ DRAWN = """new Promise((done) => requestAnimationFrame(() => requestAnimationFra
 
 
 @pytest.fixture(scope="module")
-def decks(site: Site, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def decks(site, tmp_path_factory):
     """A site with the chapters' pages and their decks."""
     try:
         reveal = install()
@@ -72,7 +69,7 @@ def decks(site: Site, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
-def test_the_words_of_each_mark_stand_in_the_text(notebook: Path) -> None:
+def test_the_words_of_each_mark_stand_in_the_text(notebook):
     """What an edited sentence breaks is seen without a built page."""
     cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
     text = "\n\n".join("".join(each["source"]) for each in cells)
@@ -83,7 +80,7 @@ def test_the_words_of_each_mark_stand_in_the_text(notebook: Path) -> None:
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 @pytest.mark.rest
-def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path) -> None:
+def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook, decks):
     """The first one waits for the decks of all chapters, and for npm to install reveal.js."""
     found = marks.read(notebook)
     assert 20 <= len(found) <= 30
@@ -98,9 +95,7 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path
 @pytest.mark.parametrize(("name", "width"), SHOWN)
 @pytest.mark.browser
 @pytest.mark.rest
-def test_no_slide_overflows_and_all_can_be_used(
-    name: str, width: int, decks: Path, open_page: Opener
-) -> None:
+def test_no_slide_overflows_and_all_can_be_used(name, width, decks, open_page):
     """Every slide is drawn and looked at by axe-core, and its picture's handles are moved."""
     viewport = {"width": width, "height": SIZES[width]}
     with served(decks) as address:  # axe-core reads style sheets, which it may not from a file
@@ -137,9 +132,7 @@ def take_hold(page: Page) -> None:
 
 
 @pytest.mark.rest
-def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(
-    decks: Path, open_page: Opener
-) -> None:
+def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(decks, open_page):
     visit = open_page((decks / "slides" / f"{NOTEBOOKS[0].stem}.html").as_uri())
     page = visit.page
     page.wait_for_function("deck.isReady()")
@@ -164,9 +157,7 @@ def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(
         ({"show": "table"}, "give the words"),
     ],
 )
-def test_a_mark_that_finds_nothing_is_named(
-    entry: dict[str, str], why: str, tmp_path: Path
-) -> None:
+def test_a_mark_that_finds_nothing_is_named(entry, why, tmp_path):
     cell = {"cell_type": "markdown", "id": "here", "metadata": {"slides": [entry]}}
     notebook = tmp_path / "one.ipynb"
     notebook.write_text(json.dumps({"cells": [cell]}), encoding="utf-8")

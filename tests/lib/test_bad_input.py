@@ -3,8 +3,6 @@
 The same table goes through the three doors: ``rs.load``, ``rs.solve`` and the command.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 import warnings
@@ -43,6 +41,27 @@ REFUSED = {
     "a position of 1e200": (WALK + edge(0, 6, 1e200), r":7: a number is beyond 1e\+30; give met"),
     "an angle of 1e200": (WALK + edge(0, 6, 1, 1e200), r":7: a number is beyond 1e\+30; give m"),
     "an empty file": ("", ": no edge is there; add lines EDGE_SE2"),
+    "one decimal comma": (
+        WALK + edge(0, 6, "6,5") + edge(0, 5, 5.5),
+        ":7: .*'6,5'; .* a point in",
+    ),
+    "decimal commas between commas": (
+        8 * "0,5," + "\n",
+        ":1: 16 numbers .*; decimal commas need s",
+    ),
+    "commas in place of spaces": (WALK + "EDGE_SE2,0,6,6,0,0\n", ":7: .* in place of the commas"),
+    "no information": (WALK + "EDGE_SE2 0 6 6 0 0\n", ":7: .*give 11.* append 100 0 0 100 0 400"),
+    "no covariance": ("EDGE_SE2 0 A0 A1 1 0 0\n", ":1: .*give 12.*append 0.01 0 0 0.01 0 0.0025"),
+    "a diagonal": (
+        WALK + edge(0, 6, half="9 9 9"),
+        ":7: .*the last 6 are half of a matrix, row by",
+    ),
+    "similarities": ("EDGE_SIM3:QUAT 0 1 1 0 0\n", ":1: .*a similarity, .*export EDGE_SE3:QUAT$"),
+    "the tutorial of g2o": ("TUTORIAL_EDGE_SE2 0 1 1\n", ":1: .*; take TUTORIAL_ out of them$"),
+    "no line that is known": (
+        "HELLO\n",
+        ":1: the tag 'HELLO' is unknown; use [^;]*, FIX; rs.factors",
+    ),
     "landmarks": (
         WALK + "EDGE_SE2_XY 0 9 1 1 1 0 1\n",
         ":7: the tag 'EDGE_SE2_XY' is unknown; .*; rs.factors.read_factors reads landmarks",
@@ -77,6 +96,19 @@ ANSWERED = {
     "two poses": (edge(0, 1), "no edge is a loop closure"),
     "two poses and a second edge": (edge(0, 1) + edge(0, 1, 1.1), "kept +1 of 1 closure"),
     "a copied closure": (WALK + AROUND + BACK, "line 10 gives edge 0-6 once more with the same n"),
+    "a rounded copy from the other end": (
+        WALK
+        + AROUND
+        + edge(0, 6, 6.1234567, 0.1)
+        + "EDGE_SE2 6 0 -6.0929 0.6113 -0.1 9 0 0 9 0 9",
+        "line 11 gives edge 6-0 once more with the same numbers, or those of its inverse; drop",
+    ),
+    "a switchable edge": (
+        WALK + AROUND + "VERTEX_SWITCH 9 1\nEDGE_SWITCH_PRIOR 9 1 1\n"
+        "EDGE_SE2_SWITCHABLE 1 6 9 5 0 0 100 0 0 100 0 400\n",
+        "kept +4 of 4 closures",
+    ),
+    "decimal commas": ((WALK + AROUND + edge(0, 5, 5.25)).replace(".", ","), "read as decimal po"),
     "a copied file": (2 * WALK + AROUND, r"line 7 gives edge 0-1 once .* \(so do 5 more\)"),
     "both directions": (WALK + AROUND + edge(1, 0, -1), "kept +4 of 4 closures"),
     "a gap in the ids": (

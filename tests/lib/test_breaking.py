@@ -1,7 +1,5 @@
 """Break the map: attacks, their scores and ranks, and the table of the best."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 from itertools import islice

@@ -1,7 +1,5 @@
 """A computation whose time is used up returns the best so far, and says so."""
 
-from __future__ import annotations
-
 import itertools
 from math import inf
 

@@ -1,7 +1,5 @@
 """What a drawn map shows, read back from the axes."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -54,7 +52,7 @@ def words_below(ax) -> set[str]:
     return {text.get_text() for text in legend_below(ax).get_texts()}
 
 
-def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax) -> None:
+def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax):
     graph, wrong, truth = town()
     draw_map(graph, truth, ax, is_outlier=wrong)
     inliers = ~graph.is_odometry & ~wrong
@@ -63,14 +61,14 @@ def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax) -> None:
         assert ends_drawn(ax, PALETTE[colour]) == ends_of(truth[:, :2], graph.edges[chosen])
 
 
-def test_a_map_has_one_scale_and_the_truth_is_dotted(ax) -> None:
+def test_a_map_has_one_scale_and_the_truth_is_dotted(ax):
     graph, _, truth = town()
     assert draw_map(graph, truth, ax, truth=truth) is ax
     assert ax.get_aspect() == 1.0
     assert [line.get_linestyle() for line in ax.lines].count(":") == 1
 
 
-def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax) -> None:
+def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax):
     graph, wrong, truth = town()
     weights = np.where(wrong, 0.0, 1.0)
     draw_map(graph, truth, ax, is_outlier=wrong, weights=weights)
@@ -95,12 +93,11 @@ def decisions():
 
 @pytest.fixture
 def judged(ax):
-    """The axes on which the map of decisions is drawn."""
     graph, wrong, truth, kept, _ = decisions()
     return draw_map(graph, truth, ax, is_outlier=wrong, kept=kept)
 
 
-def test_decisions_are_named_and_counted_in_the_legend(judged) -> None:
+def test_decisions_are_named_and_counted_in_the_legend(judged):
     names, counts = np.unique(decisions()[-1], return_counts=True)
     assert len(names) == 5
     assert words_below(judged) == {
@@ -108,7 +105,7 @@ def test_decisions_are_named_and_counted_in_the_legend(judged) -> None:
     }
 
 
-def test_every_decision_has_a_look_of_its_own_without_colour(judged) -> None:
+def test_every_decision_has_a_look_of_its_own_without_colour(judged):
     looks = {
         (str(line._unscaled_dash_pattern), line.get_linewidth(), line.get_marker())
         for line in named(judged).values()
@@ -116,7 +113,7 @@ def test_every_decision_has_a_look_of_its_own_without_colour(judged) -> None:
     assert len(looks) == len(named(judged)) == 5
 
 
-def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(judged) -> None:
+def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(judged):
     graph, _, truth, _, words = decisions()
     for word, line in named(judged).items():
         if word in ("wrong, kept", "true, rejected"):
@@ -127,28 +124,28 @@ def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(judged) -> None
             assert line.get_marker() == "None"
 
 
-def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax) -> None:
+def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax):
     graph, wrong, truth, kept, _ = decisions()
     draw_map(graph, truth, ax, is_outlier=wrong, kept=kept, truth=truth)
     drawn = {word: (line.get_color(), line.get_linestyle()) for word, line in named(ax).items()}
     assert {h.get_label(): (h.get_color(), h.get_linestyle()) for h in decision_legend()} == drawn
 
 
-def test_without_the_truth_closures_are_kept_or_rejected(ax) -> None:
+def test_without_the_truth_closures_are_kept_or_rejected(ax):
     graph, _, truth, kept, _ = decisions()
     draw_map(graph, truth, ax, kept=kept)
     words = {word.partition(" (")[0] for word in words_below(ax)}
     assert words == {"odometry", "kept", "rejected"}
 
 
-def test_a_map_in_space_is_seen_from_above(ax) -> None:
+def test_a_map_in_space_is_seen_from_above(ax):
     graph, truth = sphere(40, np.random.default_rng(6))
     draw_map(graph, truth, ax, truth=truth)
     odometry = ends_of(truth[:, :2, 3], graph.edges[graph.is_odometry])
     assert ends_drawn(ax, PALETTE["estimate"]) == odometry
 
 
-def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax) -> None:
+def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax):
     rng = np.random.default_rng(7)
     graph, truth = circle(1000, rng, laps=2, closures=400)
     weights = rng.random(len(graph.edges))
@@ -159,14 +156,14 @@ def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax) -> None:
 
 
 @pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])
-def test_an_array_of_the_wrong_length_is_named(ax, name: str) -> None:
+def test_an_array_of_the_wrong_length_is_named(ax, name):
     graph, _, truth = town()
     arguments = {"poses": truth, name: np.zeros((3, 3))}
     with pytest.raises(ValueError, match=rf"{name}: the shape is \(3, 3\); give "):
         draw_map(graph, ax=ax, **arguments)
 
 
-def test_the_legend_shows_each_kind_as_the_map_draws_it(ax) -> None:
+def test_the_legend_shows_each_kind_as_the_map_draws_it(ax):
     graph, wrong, truth = town()
     draw_map(graph, truth, ax, is_outlier=wrong, truth=truth)
     drawn = {(line.get_color(), line.get_linestyle()) for line in ax.lines}

@@ -1,7 +1,5 @@
 """The examples in the docstrings of the library run and print what they say."""
 
-from __future__ import annotations
-
 import doctest
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +16,7 @@ WITH_EXAMPLES = sorted(
 
 
 @pytest.mark.parametrize("module", WITH_EXAMPLES)
-def test_the_examples_print_what_they_say(module: str) -> None:
+def test_the_examples_print_what_they_say(module):
     with np.printoptions(suppress=False, precision=8):  # a chapter may have set others
         result = doctest.testmod(import_module(f"robust_slam.{module}"))
     assert result.attempted > 0

@@ -1,7 +1,5 @@
 """Locations, linear problems, rotations, pose graphs: what is solved, and what is refused."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

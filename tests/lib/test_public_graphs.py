@@ -4,8 +4,6 @@ Targets: the optimal values of SE-Sync (Rosen et al. 2019, table of the certifie
 far as its digits go), and the least-squares costs ½ Σ ‖r‖² that GTSAM 4.3.0 reaches too.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

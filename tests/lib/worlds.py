@@ -1,7 +1,5 @@
 """Poses and pose graphs in both groups, for the laws that hold everywhere."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import accumulate
 
@@ -9,6 +7,7 @@ import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.graphs import add_random_closures, datasets, se2, se3
+from robust_slam.graphs.generate import near_pairs
 from robust_slam.graphs.pose_graph import PoseGraph, jacobians, with_closures
 from robust_slam.problems import chain
 
@@ -221,3 +220,37 @@ def renumbered(graph, first):
     edges = number[graph.edges]
     made = PoseGraph(graph.n, edges, graph.measurement, graph.information, graph.is_odometry)
     return made, number
+
+
+AHEAD = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+
+
+def building(n, rng, closures=None, deviation=(0.001, 0.003)):
+    """A drive through corridors of 6 m whose edges know much across, little along, as lasers do.
+
+    Across a corridor positions deviate by up to 30 times ``deviation`` (m, rad), along it by up to
+    30 times that, and rotations by up to 30 times the second.
+    """
+    side, at, facing, left = 6.0 * max(1, round(np.sqrt(n / 150.0))), np.zeros(2), 0, 6.0
+    truth = np.zeros((n, 3))
+    for k in range(1, n):
+        if left == 0.0:
+            turns = (facing + np.array([*rng.permutation([0, 1, 3]), 2])) % 4
+            ends = at + 6.0 * AHEAD[turns]
+            facing = turns[np.argmax(np.all((ends > -0.1) & (ends < side + 0.1), axis=1))]
+        at, left = at + 0.5 * AHEAD[facing], (left or 6.0) - 0.5
+        truth[k] = [*at, se2.wrap(facing * np.pi / 2.0)]
+    pairs = rng.permutation(near_pairs(truth[:, :2], 1.0))[: closures or n // 15]
+    edges = np.concatenate([np.stack([np.arange(n - 1), np.arange(1, n)], axis=1), pairs])
+    odometry = np.arange(len(edges)) < n - 1
+    across, longer, turned = 30.0 ** rng.random((3, len(edges)))
+    root = np.zeros((len(edges), 3, 3))
+    tilt = np.pad(0.2 * rng.normal(size=(len(edges), 1)), ((0, 0), (2, 0)))
+    root[:, :2, :2], root[:, 2, 2] = se2.rotation(tilt), 1.0
+    sigma = np.column_stack([across * longer, across, turned]) * [deviation[0], *deviation]
+    root *= np.where(odometry, 1.0, 3.0)[:, None, None] * sigma[:, None, :]
+    drawn = (root @ rng.normal(size=(len(edges), 3, 1)))[..., 0]
+    true = se2.between(truth[edges[:, 0]], truth[edges[:, 1]])
+    information = np.linalg.inv(root @ np.swapaxes(root, 1, 2))
+    information = 0.5 * (information + np.swapaxes(information, 1, 2))
+    return PoseGraph(n, edges, se2.compose(true, se2.exp(drawn)), information, odometry), truth

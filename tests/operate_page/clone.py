@@ -1,7 +1,5 @@
 """A clean clone, and what it is lent so that its doors need neither network nor minutes."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

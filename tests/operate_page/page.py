@@ -7,8 +7,6 @@ also what a command prints. Remarks that the built page does not show stand righ
     % file: class/roster.csv
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -27,8 +25,6 @@ _FILE = re.compile(r"% file: (?P<name>\S+)")
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block."""
-
     line: int
     """Where it begins, counted from 1."""
     kind: str
@@ -57,7 +53,6 @@ Step = Command | File
 
 
 def blocks(text: str) -> list[Block]:
-    """Every fenced block, in order."""
     return [
         Block(
             text.count("\n", 0, match.start("kind")) + 1,
@@ -120,5 +115,4 @@ def unknown_remarks(block: Block) -> list[str]:
 
 
 def source(path: Path = PAGE) -> str:
-    """The page."""
     return path.read_text(encoding="utf-8")

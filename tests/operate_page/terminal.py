@@ -1,7 +1,5 @@
 """One shell for a whole page."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

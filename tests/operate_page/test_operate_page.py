@@ -1,10 +1,8 @@
 """Who follows the page *Operate* literally gets what it promises."""
 
-from __future__ import annotations
-
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,8 +48,7 @@ def fix_a_test(folder: Path) -> None:
 
 
 def _grade_id(cell: dict[str, Any]) -> str | None:
-    name: str | None = cell["metadata"].get("nbgrader", {}).get("grade_id")
-    return name
+    return cell["metadata"].get("nbgrader", {}).get("grade_id")
 
 
 def printed(heading: str) -> tuple[str, ...]:
@@ -192,9 +189,7 @@ class Reader:
 
 
 @pytest.fixture(scope="module")
-def follower(
-    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
-) -> Iterator[Reader]:
+def follower(tmp_path_factory, request):
     """In ``make soak`` the reader's `make course` builds the book, as `make test` has done."""
     working(next(iter(kernel.usable() or BACK_ENDS)))
     someone = Reader(
@@ -206,7 +201,7 @@ def follower(
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize("command", TYPED, ids=lambda command: f"{command.line}: {command.text}")
-def test_a_command_does_what_the_page_promises(follower: Reader, command: Command) -> None:
+def test_a_command_does_what_the_page_promises(follower, command):
     """`make course` releases and grades all; on a cluster, two workers first have to start."""
     said = follower.follow(command)
     assert said.status == 0, said.text
@@ -217,7 +212,7 @@ def test_a_command_does_what_the_page_promises(follower: Reader, command: Comman
 
 
 @pytest.fixture(scope="module")
-def course(follower: Reader) -> Path:
+def course(follower):
     """The folder in which `make course` and `make grade` have been run."""
     (command,) = (step for step in TYPED if step.text == "make grade")
     if follower.done <= STEPS.index(command):
@@ -230,16 +225,14 @@ class TestSampleClass:
     """What `make course` left: no command below it on the page touches the sample's folder."""
 
     @pytest.fixture
-    def results(self, course: Path, assignment: str) -> dict[str, dict[str, Any]]:
+    def results(self, course, assignment):
         """By student the results of an assignment."""
         graded = course / "build" / "sample" / "graded"
         paths = {name: graded / name / f"{assignment}.json" for name in sample_class.STUDENTS}
         return {name: json.loads(path.read_text("utf-8")) for name, path in paths.items()}
 
     @pytest.mark.parametrize("assignment", clone.ASSIGNMENTS)
-    def test_each_student_gets_the_marks_of_what_they_did(
-        self, results: dict[str, dict[str, Any]], assignment: str
-    ) -> None:
+    def test_each_student_gets_the_marks_of_what_they_did(self, results, assignment):
         solved, untouched = results["sample-solutions"], results["sample-untouched"]
         assert solved["score"] == solved["max_score"] > 0
         assert solved["sandbox"] == kernel.usable()[0]
@@ -255,7 +248,7 @@ class TestSampleClass:
         assert f"{assignment}.ipynb" in broken["reason"]
         assert broken["reason"].count(". ") == 0 and broken["reason"].endswith(".")
 
-    def test_a_second_run_says_the_same(self, course: Path, follower: Reader) -> None:
+    def test_a_second_run_says_the_same(self, course, follower):
         """`make grade` finds the sample's results beside a copy of its submissions."""
         first = (course / "build" / "log" / "sample.log").read_text("utf-8")
         marks = re.compile(r"(?m)^sample-\S+ .*$")
@@ -270,24 +263,24 @@ def lost(value: dict[str, Any]) -> set[str]:
     return {e["name"] for e in value["exercises"] if e["score"] < e["max_score"]}
 
 
-def test_the_misprints_of_chapters_two_to_five_are_there() -> None:
+def test_the_misprints_of_chapters_two_to_five_are_there():
     assert set(sample_class.misprints("02-four-costs")) >= {"rho_cauchy", "table", "convex_until"}
     assert set(sample_class.misprints("03-irls")) >= {"irls_step", "irls"}
     for assignment in ("04-non-convexity", "05-gnc"):
         assert set(sample_class.misprints(assignment)) == set(answers.solutions(assignment))
 
 
-def test_a_block_says_what_it_is() -> None:
+def test_a_block_says_what_it_is():
     fences = re.findall(r"^\s*(?:```|~~~)", SOURCE, re.M)
     assert len(fences) == 2 * len(BLOCKS)
     assert not [(block.line, block.kind) for block in BLOCKS if block.kind not in page.KINDS]
 
 
-def test_a_remark_is_about_the_block_below_it() -> None:
+def test_a_remark_is_about_the_block_below_it():
     remarks = [remark for block in BLOCKS for remark in block.remarks]
     assert re.findall(r"^%.*", SOURCE, re.M) == remarks
     assert not [remark for block in BLOCKS for remark in page.unknown_remarks(block)]
 
 
-def test_every_command_that_is_run_promises_something() -> None:
+def test_every_command_that_is_run_promises_something():
     assert {command.text for command in TYPED} == set(PROMISES)

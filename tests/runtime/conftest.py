@@ -1,7 +1,5 @@
 """What `make runtime` made, and what tests of it need."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -21,8 +19,7 @@ def look_for_the_runtime() -> None:
 
 
 @pytest.fixture(scope="session")
-def made_runtime() -> None:
-    """The runtime is there."""
+def made_runtime():
     look_for_the_runtime()
 
 

@@ -1,7 +1,5 @@
 """The runtime's files: what is not right is refused by name, and nothing half-written is used."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import zipfile
@@ -21,7 +19,7 @@ SUMS = {name: hashlib.sha256(data).hexdigest() for name, data in CONTENT.items()
 
 
 @pytest.fixture
-def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def source(tmp_path, monkeypatch):
     """A folder with Pyodide, which is two short files here and is published nowhere."""
     monkeypatch.setattr(pyodide, "checksums", lambda: SUMS)
     monkeypatch.setattr(pyodide, "URL", "http://127.0.0.1:9/")
@@ -41,9 +39,7 @@ def contents(tmp_path: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in (tmp_path / "target").iterdir()}
 
 
-def test_a_folder_s_files_are_taken_and_one_that_was_changed_is_replaced(
-    tmp_path: Path, source: Path
-) -> None:
+def test_a_folder_s_files_are_taken_and_one_that_was_changed_is_replaced(tmp_path, source):
     (tmp_path / "target").mkdir()
     (tmp_path / "target" / "of-an-older-release.whl").touch()
     (tmp_path / "target" / "one.wasm").write_bytes(b"on")
@@ -51,7 +47,7 @@ def test_a_folder_s_files_are_taken_and_one_that_was_changed_is_replaced(
     assert all(path.stat().st_mode & 0o004 for path in (tmp_path / "target").iterdir())
 
 
-def test_a_second_run_goes_on_where_the_first_one_stopped(tmp_path: Path, source: Path) -> None:
+def test_a_second_run_goes_on_where_the_first_one_stopped(tmp_path, source):
     (source / "two.whl").unlink()
     with pytest.raises(RuntimeUnavailable):
         fetch(tmp_path, source)
@@ -72,9 +68,7 @@ def test_a_second_run_goes_on_where_the_first_one_stopped(tmp_path: Path, source
         (None, r"two\.whl: the file is missing; .*PYODIDE"),
     ],
 )
-def test_another_file_and_a_missing_one_are_named_with_what_to_do(
-    two: bytes | None, told: str, tmp_path: Path, source: Path
-) -> None:
+def test_another_file_and_a_missing_one_are_named_with_what_to_do(two, told, tmp_path, source):
     (source / "two.whl").unlink()
     if two:
         (source / "two.whl").write_bytes(two)
@@ -83,7 +77,7 @@ def test_another_file_and_a_missing_one_are_named_with_what_to_do(
     assert contents(tmp_path) == {"one.wasm": b"one"}
 
 
-def test_without_the_folder_or_a_network_it_says_what_to_do(tmp_path: Path, source: Path) -> None:
+def test_without_the_folder_or_a_network_it_says_what_to_do(tmp_path, source):
     with pytest.raises(RuntimeUnavailable, match=r"ROBUST_SLAM_PYODIDE names .*no such folder"):
         fetch(tmp_path, source / "nothing")
     with pytest.raises(RuntimeUnavailable, match=r"one\.wasm: .*ROBUST_SLAM_PYODIDE"):
@@ -91,9 +85,7 @@ def test_without_the_folder_or_a_network_it_says_what_to_do(tmp_path: Path, sour
     assert contents(tmp_path) == {}
 
 
-def test_a_run_that_fails_leaves_no_mark_that_all_is_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_fails_leaves_no_mark_that_all_is_there(tmp_path, monkeypatch):
     (tmp_path / door.READY).touch()
     monkeypatch.setenv(pyodide.FOLDER, str(tmp_path / "nothing"))
     monkeypatch.setattr(door.editor, "build", lambda target: None)  # it waits for a registry
@@ -102,7 +94,7 @@ def test_a_run_that_fails_leaves_no_mark_that_all_is_there(
     assert not (tmp_path / door.READY).exists()
 
 
-def test_the_labs_notebooks_say_which_python_wrote_them(tmp_path: Path) -> None:
+def test_the_labs_notebooks_say_which_python_wrote_them(tmp_path):
     folder = tmp_path / "extensions" / jupyterlite.KERNEL / "static"
     folder.mkdir(parents=True)
     script = folder / "154.js"
@@ -117,7 +109,7 @@ def test_the_labs_notebooks_say_which_python_wrote_them(tmp_path: Path) -> None:
 class TestMade:
     """What `make runtime` made."""
 
-    def test_each_file_of_pyodide_is_the_one_of_its_own_list(self) -> None:
+    def test_each_file_of_pyodide_is_the_one_of_its_own_list(self):
         lock = json.loads((RUNTIME / "pyodide" / wheels.LOCK).read_text(encoding="utf-8"))
         official = {each["file_name"]: each["sha256"] for each in lock["packages"].values()}
         sums = pyodide.checksums()
@@ -135,7 +127,7 @@ class TestMade:
             assert hashlib.sha256(data).hexdigest() == digest
 
     @pytest.mark.parametrize("place", ["wheels", "lab"])
-    def test_each_added_package_is_there_as_the_list_says(self, place: str) -> None:
+    def test_each_added_package_is_there_as_the_list_says(self, place):
         lock = json.loads((RUNTIME / place / wheels.LOCK).read_text(encoding="utf-8"))
         added = [each for each in lock["packages"].values() if "/" in each["file_name"]]
         assert len(added) >= len(wheels.PACKAGES)
@@ -146,7 +138,7 @@ class TestMade:
             assert hashlib.sha256(data).hexdigest() == each["sha256"]
             assert set(each["depends"]) <= set(lock["packages"])
 
-    def test_the_wheels_that_are_made_here_hold_no_native_code(self) -> None:
+    def test_the_wheels_that_are_made_here_hold_no_native_code(self):
         lock = json.loads((RUNTIME / "wheels" / wheels.LOCK).read_text(encoding="utf-8"))
         for package in wheels.PACKAGES:
             name = lock["packages"][package.name]["file_name"]
@@ -154,7 +146,7 @@ class TestMade:
                 names = archive.namelist()
             assert len(names) > 3 and not [n for n in names if n.endswith((".so", ".pyd"))]
 
-    def test_what_pages_load_is_compiled_and_listed_with_its_size(self) -> None:
+    def test_what_pages_load_is_compiled_and_listed_with_its_size(self):
         page = json.loads((RUNTIME / "wheels" / wheels.PAGE_LOCK).read_text(encoding="utf-8"))
         paths = {
             name: RUNTIME / "pyodide" / each["file_name"]

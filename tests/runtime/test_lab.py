@@ -3,17 +3,15 @@
 Chromium reaches this machine alone.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 from robust_slam_autograder import cli
 
 from tests import jupyterlab
@@ -59,8 +57,7 @@ BUSY = IDLE.replace("idle", "busy")
 
 def released() -> dict[str, Any]:
     """The notebook as the site has it."""
-    notebook: dict[str, Any] = json.loads((RELEASED / f"{NAME}.ipynb").read_text("utf-8"))
-    return notebook
+    return json.loads((RELEASED / f"{NAME}.ipynb").read_text("utf-8"))
 
 
 class Lab:
@@ -75,7 +72,6 @@ class Lab:
         self.number = {grade_id: number for number, grade_id in enumerate(ids) if grade_id}
 
     def wait_for_python(self) -> None:
-        """Wait until the kernel has started."""
         self.page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
         self.page.locator(IDLE).wait_for(state="attached")
 
@@ -107,7 +103,6 @@ class Lab:
         self.page.locator(".lm-TabBar-tab.jp-mod-current:not(.jp-mod-dirty)").wait_for()
 
     def download(self, folder: Path) -> Path:
-        """Choose File › Download, and give the file."""
         self.page.locator(".lm-MenuBar-item", has_text="File").click()
         with self.page.expect_download() as waiting:
             self.page.locator(".lm-Menu-itemLabel", has_text="Download").first.click()
@@ -117,7 +112,7 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(tmp_path_factory):
     look_for_the_runtime()
     folder = tmp_path_factory.mktemp("site")
     (folder / "python").mkdir()
@@ -128,9 +123,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def done(
-    browser: Browser, address: str, tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, Any]:
+def done(browser, address, tmp_path_factory):
     """A student's way through the first assignment, with one mistake: what each step showed."""
     said: dict[str, Any] = {}
     right = {
@@ -190,16 +183,14 @@ def commanded(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
     return without_hints(capsys.readouterr().out).strip().split("\n")[1:]
 
 
-def test_cells_run_and_say_what_is_wrong(done: dict[str, Any]) -> None:
+def test_cells_run_and_say_what_is_wrong(done):
     """The first one waits for a student's whole way through an assignment in the browser."""
     assert done["start"] == "" and done["right"] == ""
     assert "NotImplementedError" in done["empty"]
     assert "AssertionError: Only the outlier costs anything: (2/0.05)²." in done["wrong"]
 
 
-def test_check_says_what_the_command_says(
-    done: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_check_says_what_the_command_says(done, capsys):
     steps = ["Where to look", "What to compute by hand", "The idea"]
     hints = ["total_cost: hints for the whole exercise", *steps]
     for shown, file, folded in (("check wrong", "wrong file", hints), ("check right", "file", [])):
@@ -212,9 +203,7 @@ def test_check_says_what_the_command_says(
     assert "All visible cases passed" in done["check right"]
 
 
-def test_the_downloaded_file_is_graded_and_has_full_marks(
-    done: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_downloaded_file_is_graded_and_has_full_marks(done, tmp_path, capsys):
     out = tmp_path / "graded"
     marks = {}
     for student, file in (("ada", "file"), ("bob", "wrong file")):
@@ -226,7 +215,7 @@ def test_the_downloaded_file_is_graded_and_has_full_marks(
     assert marks["ada"][0] == marks["ada"][1] > marks["bob"][0] > 0
 
 
-def test_the_downloaded_file_has_the_cells_of_the_release(done: dict[str, Any]) -> None:
+def test_the_downloaded_file_has_the_cells_of_the_release(done):
     path: Path = done["file"]
     assert path.name == f"{NAME}.ipynb"
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
@@ -240,19 +229,17 @@ def test_the_downloaded_file_has_the_cells_of_the_release(done: dict[str, Any]) 
             assert "".join(mine["source"]) == "".join(theirs["source"])
 
 
-def test_pictures_and_widgets_follow_the_hand_and_python_sees_it(done: dict[str, Any]) -> None:
+def test_pictures_and_widgets_follow_the_hand_and_python_sees_it(done):
     assert done["follows"]
     assert done["asked"].strip() == "True True"
 
 
-def test_a_loop_is_stopped_the_clock_moves_and_the_pages_hear_of_the_check(
-    done: dict[str, Any],
-) -> None:
+def test_a_loop_is_stopped_the_clock_moves_and_the_pages_hear_of_the_check(done):
     assert done["progress"] == {NAME: {"checked": True}}
     assert done["clock moves"].strip() == "True"
 
 
-def test_nothing_is_asked_of_another_machine(done: dict[str, Any]) -> None:
+def test_nothing_is_asked_of_another_machine(done):
     assert done["outside"] == []
 
 
@@ -274,7 +261,7 @@ class Site:
 
 
 @pytest.fixture
-def site(tmp_path: Path) -> Iterator[Site]:
+def site(tmp_path):
     """A site without Python, which would start with each page."""
     look_for_the_runtime()
     lab = tmp_path / "lab"
@@ -291,7 +278,7 @@ def site(tmp_path: Path) -> Iterator[Site]:
 
 
 @pytest.mark.rest
-def test_an_older_copy_stays_beside_the_corrected_assignment(browser: Browser, site: Site) -> None:
+def test_an_older_copy_stays_beside_the_corrected_assignment(browser, site):
     """JupyterLab opens in the browser four times."""
     with page_in(browser, viewport=SIZE, reduced_motion="reduce") as page:
         question = page.locator("dialog", has_text="has been corrected")
@@ -328,7 +315,7 @@ def test_an_older_copy_stays_beside_the_corrected_assignment(browser: Browser, s
 
 
 @pytest.mark.rest
-def test_on_a_phone_the_notebook_has_the_page(browser: Browser, site: Site) -> None:
+def test_on_a_phone_the_notebook_has_the_page(browser, site):
     with page_in(browser, viewport={"width": 390, "height": 800}) as page:
         page.goto(site.url)
         page.locator(".jp-Notebook .jp-Cell").first.wait_for()

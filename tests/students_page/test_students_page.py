@@ -5,21 +5,18 @@ packages of this environment, so that pip installs the zip's own wheels and noth
 long one installs everything.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
 import subprocess
 import sys
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 from robust_slam_autograder.publishing.handout import INSTALL
 from robust_slam_autograder.publishing.student_release import release
-from robust_slam_autograder.reading import assignment as assignments
 
 from tests.as_user import ROOT
 from tests.assignments import answers
@@ -41,8 +38,7 @@ def total_cost(x, i, j, z, sigma):
 
 
 @pytest.fixture(scope="module")
-def zips(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two assignments as students get them."""
+def zips(tmp_path_factory):
     folder = tmp_path_factory.mktemp("release")
     release(answers.SOLUTIONS, [FIRST, SECOND], folder)
     return folder
@@ -50,8 +46,7 @@ def zips(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def hidden_cases() -> int:
     """How many cases of the first assignment hold checks that students do not see."""
-    cases = assignments.load(answers.SOLUTIONS / FIRST / f"{FIRST}.ipynb").cases
-    return sum(case.has_hidden for case in cases)
+    return sum(case.has_hidden for case in answers.load(FIRST).cases)
 
 
 def unpack(zips: Path, name: str, home: Path) -> Path:
@@ -76,7 +71,7 @@ def write_answers(notebook: Path, texts: Mapping[str, str]) -> None:
 
 
 @pytest.fixture
-def shell(tmp_path: Path, zips: Path) -> Iterator[Terminal]:
+def shell(tmp_path, zips):
     """A new user's terminal, in the folder that they have unpacked."""
     place = unpack(zips, FIRST, tmp_path / "home")
     # Two packages that jsonschema's extra names are not in this environment.
@@ -101,7 +96,7 @@ def type_in(shell: Terminal, *commands: str) -> list[Said]:
     return said
 
 
-def test_the_page_and_the_readme_say_the_same_lines(zips: Path) -> None:
+def test_the_page_and_the_readme_say_the_same_lines(zips):
     with zipfile.ZipFile(zips / f"{FIRST}.zip") as archive:
         readme = archive.read(f"{FIRST}/README.txt").decode()
     assert [*INSTALL, f"jupyter lab {FIRST}.ipynb", CHECK, "jupyter lab 03-irls.ipynb"] == TYPED
@@ -109,13 +104,13 @@ def test_the_page_and_the_readme_say_the_same_lines(zips: Path) -> None:
     assert shown == TYPED[:5]
 
 
-def test_the_page_lists_every_assignment() -> None:
+def test_the_page_lists_every_assignment():
     listed = re.findall(r"^\| `([^`]+)\.zip` \|", TEXT, re.M)
     assert listed == answers.assignments()
 
 
 @pytest.mark.long
-def test_who_types_the_lines_has_a_check(tmp_path: Path, zips: Path, shell: Terminal) -> None:
+def test_who_types_the_lines_has_a_check(tmp_path, zips, shell):
     """A new environment gets pip, which then installs the wheels of two assignments."""
     type_in(shell, *INSTALL)
     lend_packages(tmp_path / "home" / ".venv")
@@ -163,7 +158,7 @@ def run_without(names: tuple[str, ...], *arguments: str) -> subprocess.Completed
     return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
 
 
-def test_check_needs_no_package_of_the_instructors(tmp_path: Path, zips: Path) -> None:
+def test_check_needs_no_package_of_the_instructors(tmp_path, zips):
     place = unpack(zips, FIRST, tmp_path)
     right = {a.exercise: a.source for a in answers.answers(FIRST) if a.is_right}
     write_answers(place / f"{FIRST}.ipynb", right)
@@ -172,7 +167,7 @@ def test_check_needs_no_package_of_the_instructors(tmp_path: Path, zips: Path) -
     assert f"All visible cases passed; {hidden_cases()} hidden cases" in done.stdout
 
 
-def test_an_instructors_command_says_what_to_install(tmp_path: Path) -> None:
+def test_an_instructors_command_says_what_to_install(tmp_path):
     done = run_without(FOR_INSTRUCTORS, "release", "--out", str(tmp_path / "release"))
     assert done.returncode == 2
     assert 'pip install "robust-slam-autograder[grading]"' in done.stderr
@@ -180,7 +175,7 @@ def test_an_instructors_command_says_what_to_install(tmp_path: Path) -> None:
 
 
 @pytest.mark.soak
-def test_a_fresh_install_is_as_large_as_the_page_says(tmp_path: Path, zips: Path) -> None:
+def test_a_fresh_install_is_as_large_as_the_page_says(tmp_path, zips):
     """With a network: nothing is lent."""
     home = tmp_path / "home"
     network = {key: os.environ[key] for key in NETWORK if key in os.environ}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -31,23 +30,20 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="the roster's columns that make up the name in Moodle's zip, in its order",
     )
     parser.add_argument(
-        "--assignment",
-        metavar="NAME",
-        help="what a notebook belongs to whose own name does not say it",
+        "--assignment", metavar="NAME", help="that of notebooks whose own names do not say it"
     )
     parser.add_argument(
-        "--replace",
-        action="store_true",
-        help="put a notebook in the place of another one that was handed in before",
+        "--replace", action="store_true", help="put a notebook in the place of an earlier one"
     )
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the folders; exit status 1 where something was left out."""
     system = systems.SYSTEMS[options.format]
+    if options.name and options.format == "canvas":
+        raise WrongUse("--name is for Moodle: the files of Canvas's zip have the roster's ID.")
     names = assignments.find_names(options.solutions)
-    if options.assignment is not None:
-        assignments.chosen(options.solutions, [options.assignment])
+    assignments.find_names(options.solutions, filter(None, [options.assignment]))
     stems = {assignments.notebook_path(options.solutions / name).stem: name for name in names}
     people, students, match = places.roster(options)
     reader = downloads.Reader(
@@ -69,16 +65,12 @@ def run(options: argparse.Namespace) -> int:
         except ValueError as error:
             left[one.entry] = str(error)
     listed = {roster.key(row.cells[match]) for row in students} - {""}
-    _tell(taken, left, listed, options)
+    _tell(taken, left, listed, options.submitted)
     return 1 if left else 0
 
 
 def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
-    """Write a notebook where it belongs.
-
-    Raises:
-        ValueError: it cannot be read, or something else is there; the words say which.
-    """
+    """Write a notebook where it belongs; a ValueError says why it is left out."""
     folder = options.submitted / one.student / one.assignment
     notebook = assignments.notebook_path(options.solutions / one.assignment)
     path = folder / notebook.name
@@ -109,28 +101,21 @@ def _write(path: Path, data: bytes, time: datetime) -> None:
         os.replace(part, path)
 
 
-def _tell(
-    taken: Sequence[Notebook],
-    left: Mapping[str, str],
-    listed: set[str],
-    options: argparse.Namespace,
-) -> None:
+def _tell(taken: list[Notebook], left: dict[str, str], listed: set[str], into: Path) -> None:
     for entry, why in left.items():
         print(f"left out: {log_line(entry)} {one_line(why)}", file=sys.stderr)
     for name in dict.fromkeys(one.assignment for one in taken):
         mine = [one for one in taken if one.assignment == name]
-        late = sorted(one.student for one in mine if one.late)
-        undated = sorted(one.student for one in mine if one.at is None)
-        says = {"late, says the system": late, "no time in the zip, so its own counts": undated}
-        for said, who in says.items():
+        told = {
+            "late, says the system: {0} of {1}": {one.student for one in mine if one.late},
+            "no time in the zip, so its own counts: {0} of {1}": {
+                one.student for one in mine if one.at is None
+            },
+            "no notebook of {1}: {0}": listed - {one.student for one in mine},
+        }
+        for said, who in told.items():
             if who:
-                print(f"{said}: {len(who)} of {name} ({_listed(who)})")
-        absent = sorted(listed - {one.student for one in mine})
-        if absent:
-            print(f"no notebook of {name}: {len(absent)} ({_listed(absent)})")
+                names = ", ".join(map(one_line, sorted(who)))
+                print(f"{said.format(len(who), name)} ({names})")
     people = len({one.student for one in taken})
-    print(f"{len(taken)} notebooks of {people} students are in {options.submitted}.")
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(map(one_line, names))
+    print(f"{len(taken)} notebooks of {people} students are in {into}.")

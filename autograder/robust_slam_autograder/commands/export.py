@@ -80,9 +80,10 @@ def run(options: argparse.Namespace) -> int:
         functools.partial(matched.cell, zero=options.missing_as_zero),
     )
     durable.write(to, as_csv(system.table(people, values)), mode=_PRIVATE)
-    _tell(rules, matched, values, options)
+    _tell(rules, matched, values, zero=options.missing_as_zero)
+    marked = {*matched.owners.values()} & {one for c in ledger.columns for one in c.marks}
     print(
-        f"{matched.marked()} of {len(students)} students have marks, matched by "
+        f"{len(marked)} of {len(students)} students have marks, matched by "
         f"{people.header[match]}. To import into {system.title}: {to}"
     )
     return 1 if matched.strangers or matched.doubled or ledger.lost else 0
@@ -96,28 +97,23 @@ def _places(
     unknown = named.keys() - {column.name for column in ledger.columns}
     if unknown:
         raise WrongUse(f"--column {min(unknown)}=…: there is no mark of {min(unknown)}.")
-    found = {
-        column.name: people.column(named[column.name], "--column")
-        if column.name in named
-        else systems.find(system, people, column)
-        for column in ledger.columns
-    }
-    places = {name: place for name, place in found.items() if place is not None}
-    for name, place in places.items():
-        shared = [other for other, there in places.items() if there == place]
-        if len(shared) > 1:
-            head = people.header[place]
-            raise WrongUse(
-                f"{' and '.join(shared)} are both {head!r}: say --column {name}=HEADER."
-            )
-    return places
+    taken: dict[int, str] = {}
+    for column in ledger.columns:
+        if column.name in named:
+            place: int | None = people.column(named[column.name], "--column")
+        else:
+            place = systems.find(system, people, column)
+        if place in taken:
+            both = f"{taken[place]} and {column.name} are both {people.header[place]!r}"
+            raise WrongUse(f"{both}: say --column {column.name}=HEADER.")
+        if place is not None:
+            taken[place] = column.name
+    return {name: place for place, name in taken.items()}
 
 
-def _tell(
-    rules: Rules | None, matched: Matching, values: Values, options: argparse.Namespace
-) -> None:
+def _tell(rules: Rules | None, matched: Matching, values: Values, *, zero: bool) -> None:
     columns = values.columns
-    every = [mark for column in columns for mark in column.marks.values()]
+    every = (mark for column in columns for mark in column.marks.values())
     if rules is not None or any(mark.before != mark.after for mark in every):
         print(exported.late_table(columns, rules))
     new = [column.name for column in columns if column.name not in values.places]
@@ -125,5 +121,5 @@ def _tell(
         print(
             f"new columns, because the roster has none for them: {', '.join(new)}", file=sys.stderr
         )
-    for line in exported.remarks(matched, rules=rules, zero=options.missing_as_zero):
+    for line in exported.remarks(matched, rules=rules, zero=zero):
         print(line, file=sys.stderr)

@@ -218,7 +218,7 @@ def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list
         _taken(options, gradebook),
     )
     if options.assignment is not None:
-        assignments.chosen(options.solutions, [options.assignment])
+        assignments.find_names(options.solutions, [options.assignment])
     claims, strays = reader.read(paths)
     sentences = [f"{_said(stray.path, paths, options)} {stray.why}" for stray in strays]
     if sentences and not claims:

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
 def _write_archives(course: Course, options: argparse.Namespace) -> int:
     if options.install:
         raise WrongUse(f"{GRADESCOPE} installs the course's own packages: leave out --install.")
-    names = assignments.chosen(options.solutions, options.names)
+    names = assignments.find_names(options.solutions, options.names)
     out = options.out or layout.GRADESCOPE
     archives = {name: out / f"{name}.zip" for name in names}
     _refuse_there(list(archives.values()), force=options.force)

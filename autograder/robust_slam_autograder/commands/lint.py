@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"{rule.name:{width}}  {rule.severity:7}  {rule.summary}")
         return 0
     places.refuse_no_answers(options)
-    names = assignments.chosen(options.solutions, options.names)
+    names = assignments.find_names(options.solutions, options.names)
     paths = [assignments.notebook_path(options.solutions / name) for name in names]
     course = courses.load(options.solutions)
     book = course.root / (course.public or courses.Public()).book

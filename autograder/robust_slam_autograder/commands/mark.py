@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     layout.refuse_unmoved(options.out)
     from robust_slam_autograder.nbgrader import by_hand  # the student's install lacks nbgrader
 
-    (name,) = assignments.chosen(options.solutions, [options.assignment])
+    (name,) = assignments.find_names(options.solutions, [options.assignment])
     change = by_hand.enter(
         places.gradebook(options),
         assignments.load(assignments.notebook_path(options.solutions / name)),

@@ -27,7 +27,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Find out; an assignment whose tests and answers have not changed keeps its file."""
     places.refuse_no_answers(options)
-    for name in assignments.chosen(options.solutions, options.names):
+    for name in assignments.find_names(options.solutions, options.names):
         tests = assignments.notebook_path(options.solutions / name)
         answers = _answers(options.answers, name)
         before = known.read(options.to, name, tests)
@@ -55,9 +55,8 @@ def _survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table
 
 def _answers(folder: Path | None, name: str) -> list[Answer]:
     """Return an assignment's answers, right and wrong; none without a folder."""
-    files = sorted((folder / name).glob("*.toml")) if folder is not None else []
+    files = [] if folder is None else labelled.files(folder / name)
     try:
-        files = [path for path in files if labelled.is_of_answers(path)]
         return [one for path in files for one in labelled.read(path)]
     except ValueError as error:
         raise WrongUse(str(error)) from error

@@ -121,7 +121,7 @@ def _alike(name: str, students: Iterable[str], options: argparse.Namespace) -> A
     """
     from robust_slam_autograder.nbgrader import marked_cells  # it takes its time to import
 
-    assignments.chosen(options.solutions, [name])
+    assignments.find_names(options.solutions, [name])
     tests = assignments.notebook_path(options.solutions / name)
     assignment = assignments.load(tests)
     given = marked_cells.given(assignment.marked)

@@ -32,17 +32,14 @@ _REPLAYED = (0, 1)
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "scores",
-        type=Path,
-        metavar="PATH",
-        help="a CSV with a line student,score for each, or a folder with a file for each student",
+        "scores", type=Path, metavar="PATH", help="a CSV of student,score, or a folder of files"
     )
     parser.add_argument(
         "--replay",
         default="robust-slam replay",
         metavar="COMMAND",
-        help="replays the score behind it, and prints a head and a line of CSV; the table is "
-        "sorted by these columns (%(default)s)",
+        help="replays the score behind it, and prints a head and a line of CSV, by which the "
+        "table is sorted (%(default)s)",
     )
     parser.add_argument("--no-names", action="store_true", help="leave the students out")
     parser.add_argument("--to", type=Path, default=layout.CLASS / "scores.csv", metavar="FILE")
@@ -58,16 +55,14 @@ def run(options: argparse.Namespace) -> int:
     table, refused, head = [], [], []
     for student, score in given:
         lines, error = _replayed(command, score)
-        who = [] if options.no_names else [student]
         if error:
-            refused.append([shown(one_line(text)) for text in (*who, score, error)])
+            refused.append([shown(one_line(text)) for text in (student, score, error)])
         else:
             head, told = lines
-            table.append([*map(shown, who), score, "", *told])
-    first = 2 if options.no_names else 3
-    table.sort(key=lambda row: [_sortable(cell) for cell in row[first:]])
-    title = [*([] if options.no_names else ["student"]), "score", "refused", *head]
-    durable.write(options.to, as_csv([title, *table, *refused]))
+            table.append([shown(student), score, "", *told])
+    table.sort(key=lambda row: [_sortable(cell) for cell in row[3:]])
+    rows = [["student", "score", "refused", *head], *table, *refused]
+    durable.write(options.to, as_csv(row[options.no_names :] for row in rows))
     print(f"{len(table)} scores were replayed, and {len(refused)} refused: {options.to}")
     return 0
 

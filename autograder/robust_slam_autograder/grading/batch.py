@@ -274,7 +274,8 @@ def grade_task(
     job, handed = task.job, task.handed
     try:
         cells = handed.cells()
-        code = submission.with_notes(submission.collect(cells, job.assignment), handed.notes)
+        code = submission.collect(cells, job.assignment)
+        code = replace(code, notes=handed.notes + code.notes)
         whose = Whose(job.student, job.assignment, code, task.town)
         if task.seen is None:
             marked = marking.look(whose, sandbox=wall, run=run)

@@ -87,7 +87,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
         WrongUse: nothing of this assignment has been graded, the batch's seed is lost, or
             none of the submissions is there.
     """
-    assignments.chosen(tree, [name])
+    assignments.find_names(tree, [name])
     students = sorted(path.parent.name for path in results.files_of(out, name))
     if not students:
         raise WrongUse(f"{out} holds no result of {name}: grade it first, or say --out DIR.")

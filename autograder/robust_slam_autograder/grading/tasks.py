@@ -16,7 +16,7 @@ from robust_slam_autograder.executor.seeds import SHARED_TOWN
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
-from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reading.notebook import Notebook
 from robust_slam_autograder.sandbox import Sandbox, packages
 
 
@@ -32,7 +32,7 @@ class Handed:
     refusal: str = ""
     """Why it could not be read; empty where it could."""
 
-    def cells(self) -> tuple[Cell, ...]:
+    def cells(self) -> Notebook:
         """Return the notebook's cells.
 
         Raises:

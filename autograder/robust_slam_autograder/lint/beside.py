@@ -11,11 +11,11 @@ from itertools import pairwise
 from pathlib import Path
 
 from robust_slam_autograder.lint.rule import rule
-from robust_slam_autograder.lint.subject import Found, Subject, parsed
+from robust_slam_autograder.lint.subject import Found, Subject
 from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
 from robust_slam_autograder.reading.labelled import Answer
-from robust_slam_autograder.reading.source import imported_modules
+from robust_slam_autograder.reading.source import imported_modules, tree_of
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
 _LEAST = {"right_": (2, "accept"), "wrong_": (3, "catch")}
@@ -56,11 +56,11 @@ def _refusal(module: str, config: Config) -> str | None:
 def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
     """Imports that run in the student's process: of the set-up's functions those of none."""
     for cell in subject.solutions:
-        for node in ast.walk(parsed(cell.source)):
+        for node in ast.walk(tree_of(cell.source)):
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield cell.grade_id or "", node
     for piece in subject.assignment.setup:
-        for node in [] if piece.own else parsed(piece.source).body:
+        for node in [] if piece.own else tree_of(piece.source).body:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield piece.label, node
 
@@ -117,9 +117,10 @@ def _bad_answer(subject: Subject) -> Iterator[Found]:
 def strangers(subject: Subject) -> list[Path]:
     """List files of answers to exercises that the assignment does not have."""
     known = {cell.grade_id for cell in subject.solutions}
-    folder = subject.answers / subject.assignment.name if subject.answers else Path()
-    files = sorted(folder.glob("*.toml")) if subject.answers else ()
-    return [path for path in files if labelled.is_of_answers(path) and path.stem not in known]
+    if subject.answers is None:
+        return []
+    files = labelled.files(subject.answers / subject.assignment.name)
+    return [path for path in files if path.stem not in known]
 
 
 def _answers(subject: Subject) -> Iterator[tuple[Path, list[Answer] | ValueError]]:

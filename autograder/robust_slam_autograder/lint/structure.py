@@ -19,7 +19,7 @@ from robust_slam_autograder.lint.subject import (
 )
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import defined_names, plain_python
+from robust_slam_autograder.reading.source import defined_names
 
 LEAST_HIDDEN = 2
 
@@ -65,7 +65,7 @@ def _no_points(subject: Subject) -> Iterator[Found]:
     texts = (case.full for case in subject.assignment.cases)
     used = {name for text in texts for name in re.findall(r"[^\W\d]\w*", text)}
     for cell, cases in _exercises(subject):
-        names = set(defined_names(plain_python(cell.source)))
+        names = set(defined_names(cell.source))
         # A tree with names of another kind, or a helper that another exercise's cases call.
         if not cases and not names & used:
             said = f"No case gives points for this cell: add test cells {cell.grade_id}-<case>."

@@ -115,11 +115,6 @@ def last_name(node: ast.AST) -> str:
     return str(getattr(node, "attr", getattr(node, "id", "")))
 
 
-def parsed(source: str) -> ast.Module:
-    """Return a cell's tree; an empty one where the cell is no Python, which another rule tells."""
-    return tree_of(plain_python(source))
-
-
 def load(path: Path, answers: Path | None = None, book: Path | None = None) -> Subject:
     """Read an assignment's notebook for the rules.
 
@@ -169,7 +164,7 @@ def regions(source: str, begin: str, end: str) -> tuple[range, ...]:
 
 def _imported(sources: Sequence[str]) -> dict[str, str]:
     found = {}
-    for node in (node for source in sources for node in ast.walk(parsed(source))):
+    for node in (node for source in sources for node in ast.walk(tree_of(source))):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first = alias.name.split(".")[0]

@@ -31,11 +31,8 @@ NOTEBOOK = ".ipynb"
 MAX_FILES = 20_000
 MAX_TOTAL_BYTES = 4 * 2**30
 """Of all notebooks of a zip when they are unpacked."""
-_SAYS_UTF8 = 0x800
 _HEADS = re.compile(rb"(PK(?:\x01\x02.{5}|\x03\x04.{3}))(.)", re.DOTALL)
 """An entry in the index or before its file, up to the byte that says so."""
-_NO_TIME = (1980, 1, 1, 0, 0, 0)
-"""What stands where a zip's maker had none."""
 _NOT_SENT = re.compile(
     r"(^|[/\\])(__MACOSX[/\\]|(\._[^/\\]*|\.DS_Store|Thumbs\.db|desktop\.ini)?$)"
 )
@@ -52,18 +49,8 @@ _AGAIN = re.compile(r"(-\d+| ?\(\d+\))$")
 """What Canvas and browsers add to a name that they have had before."""
 Keys = Callable[[Row], Iterable[str]]
 """What may stand in the zip for a line of the roster."""
-
-
-@dataclass(frozen=True)
-class Sent:
-    """A file as a system names it."""
-
-    keys: tuple[str, ...]
-    """What may tell on the roster whose it is."""
-    file: str
-    """Its own name, as the student had it."""
-    late: bool = False
-    """Whether the system says that it came late."""
+Sent = tuple[tuple[str, ...], str, bool]
+"""What may tell on the roster whose a file is, the student's own name of it, and if it is late."""
 
 
 def canvas_sent(path: str) -> list[Sent]:
@@ -72,21 +59,12 @@ def canvas_sent(path: str) -> list[Sent]:
     A name may hold numbers and bars too, so every way to read it is given.
     """
     name = PurePosixPath(path).name
-    return [
-        Sent((found[2],), name[found.end() :], late=bool(found[1]))
-        for start in range(len(name))
-        if (found := _CANVAS.match(name, start))
-    ]
+    ways = filter(None, (_CANVAS.match(name, start) for start in range(len(name))))
+    return [((way[2],), name[way.end() :], bool(way[1])) for way in ways]
 
 
-def canvas_keys(people: Roster, names: Sequence[str]) -> Keys:
-    """Return what reads the number that Canvas has for a student.
-
-    Raises:
-        WrongUse: columns of names are given, which Canvas's zip does not need.
-    """
-    if names:
-        raise WrongUse("--name is for Moodle: the files of Canvas's zip have the roster's ID.")
+def canvas_keys(people: Roster, _: Sequence[str]) -> Keys:
+    """Return what reads the number that Canvas has for a student; names are not in its zip."""
     column = people.column("ID", "--format canvas")
     return lambda row: [row.cells[column].strip()]
 
@@ -99,15 +77,13 @@ def moodle_sent(path: str) -> list[Sent]:
     The number is the participant's in this assignment; only Moodle's grading worksheet has it.
     """
     found = _MOODLE.search(path.replace("\\", "/"))
-    return [] if found is None else [Sent((f"#{found[2]}", _in_zip(found[1])), found[3])]
+    return [((f"#{found[2]}", _in_zip(found[1])), found[3], False)] if found else []
 
 
 def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
     """Return what reads a participant's number and the full name, as it is in the zip.
 
-    Args:
-        people: the roster.
-        names: its columns that make up the name, in order; the usual ones, both ways, where none.
+    The name is made up of the columns of ``names``, or of the usual ones, in both orders.
 
     Raises:
         WrongUse: there is no such column.
@@ -148,11 +124,6 @@ class Notebook:
     at: datetime | None
     """The time that the zip gives it, which has no zone; None where it gives none."""
     late: bool
-
-    @property
-    def key(self) -> tuple[str, str]:
-        """What only one notebook may have; some disks do not tell capitals apart."""
-        return self.student.casefold(), self.assignment
 
 
 class Archive:
@@ -199,8 +170,7 @@ class Archive:
         """Read a file, and never more of it than a notebook may have.
 
         Raises:
-            ValueError: it is larger, damaged, locked with a password, or one of two of its name;
-                the words say which.
+            ValueError: it is larger, damaged, locked or one of two of its name, as it says.
         """
         info, *others = self.infos[entry]
         if others:
@@ -219,7 +189,7 @@ class Archive:
         """Return when a file was written; None where the zip does not say."""
         said = self.infos[entry][0].date_time
         try:
-            return datetime(*said) if said > _NO_TIME else None
+            return datetime(*said) if said > (1980, 1, 1, 0, 0, 0) else None
         except ValueError:
             return None
 
@@ -235,30 +205,26 @@ def _opened(path: Path) -> zipfile.ZipFile:
 def _name(info: zipfile.ZipInfo) -> str:
     """Return an entry's name, which macOS writes as UTF-8 without saying so."""
     try:
-        said = info.flag_bits & _SAYS_UTF8
-        return info.filename if said else info.filename.encode("cp437").decode()
+        says_utf8 = info.flag_bits & 0x800
+        return info.filename if says_utf8 else info.filename.encode("cp437").decode()
     except UnicodeError:
         return info.filename
 
 
 @dataclass(frozen=True)
 class Reader:
-    """Tells whose notebook a file is, and of which assignment.
-
-    Attributes:
-        sent: the ways to read a path within the zip.
-        owners: by what a name may hold the lines of the roster that have it.
-        match: the roster's column that holds the names of the submissions' folders.
-        notebooks: by name of a notebook, without its ending, the assignment.
-        assignment: the one that every notebook belongs to whose name says none; None where
-            names alone count.
-    """
+    """Tells whose notebook a file is, and of which assignment."""
 
     sent: Callable[[str], Sequence[Sent]]
+    """The ways to read a path within the zip."""
     owners: Mapping[str, Sequence[Row]]
+    """By what a name may hold the lines of the roster that have it."""
     match: int
+    """The roster's column that holds the names of the submissions' folders."""
     notebooks: Mapping[str, str]
+    """By name of a notebook, without its ending, the assignment."""
     assignment: str | None = None
+    """What every notebook belongs to whose name says none."""
 
     def read(self, archive: Archive) -> tuple[list[Notebook], dict[str, str]]:
         """Return the notebooks that are somebody's without a doubt, and why each other is not."""
@@ -269,10 +235,13 @@ class Reader:
                 found.append(self._read(entry, archive.time(entry)))
             except ValueError as error:
                 left[entry] = str(error)
-        count = Counter(one.key for one in found)
-        for one in (one for one in found if count[one.key] > 1):
-            several = f"is one of several notebooks of {one.student} for {one.assignment}"
-            left[one.entry] = f"{several}: leave one of them in the zip"
+        # Some disks do not tell capitals apart.
+        keys = [(one.student.casefold(), one.assignment) for one in found]
+        count = Counter(keys)
+        for one, key in zip(found, keys, strict=True):
+            if count[key] > 1:
+                several = f"is one of several notebooks of {one.student} for {one.assignment}"
+                left[one.entry] = f"{several}: leave one of them in the zip"
         return [one for one in found if one.entry not in left], left
 
     def _read(self, entry: str, at: datetime | None) -> Notebook:
@@ -280,10 +249,13 @@ class Reader:
             raise ValueError("is no notebook")
         if ".ipynb_checkpoints" in entry:
             raise ValueError("is a copy that Jupyter keeps for itself")
-        ways = self.sent(entry)
-        if not ways:
+        if not (ways := self.sent(entry)):
             raise ValueError("has not the name that this system gives to submissions")
-        found = {row: way for way in reversed(ways) for row in self._rows(way)}
+        found: dict[Row, Sent] = {}
+        for way in reversed(ways):
+            # Of a way its first key that the roster knows.
+            known = (self.owners[key] for key in way[0] if key in self.owners)
+            found |= dict.fromkeys(next(known, ()), way)
         if not found:
             raise ValueError("is of no one on the roster")
         names = [roster.key(row.cells[self.match]) for row in found]
@@ -293,12 +265,8 @@ class Reader:
             raise ValueError(f"may be of several people on the roster, lines {lines}")
         if not submission.is_student(names[0]) or names[0] in self.notebooks.values():
             raise ValueError(f"is of {names[0]!r}, which cannot name a folder: see --match")
-        (way,) = found.values()
-        return Notebook(names[0], self._assignment(way.file), entry, at, way.late)
-
-    def _rows(self, way: Sent) -> Sequence[Row]:
-        """Return the lines that have the first key which the roster knows."""
-        return next((self.owners[key] for key in way.keys if key in self.owners), ())
+        ((_, file, late),) = found.values()
+        return Notebook(names[0], self._assignment(file), entry, at, late)
 
     def _assignment(self, file: str) -> str:
         stem = file[: -len(NOTEBOOK)]

@@ -16,13 +16,16 @@ from zoneinfo import ZoneInfo
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import submission, timestamp
-from robust_slam_autograder.reading.table import check_table, read_table
+from robust_slam_autograder.reading.table import Kinds, read_table
 
 NONE = "none"
 """A due time that never comes."""
-DAY = timedelta(hours=24)
-_KEYS = {"timezone": str, "due": dict, "policy": dict, "extensions": dict}
-_POLICY = dict.fromkeys(("grace_minutes", "percent_per_day", "cap_percent"), (int, float))
+_KINDS: Kinds = {
+    "timezone": str,
+    "due": dict,
+    "extensions": {...: dict},
+    "policy": dict.fromkeys(("grace_minutes", "percent_per_day", "cap_percent"), (int, float)),
+}
 
 
 class Undated(WrongUse):
@@ -52,7 +55,7 @@ class Policy:
     def penalty(self, lateness: timedelta, max_score: float) -> float:
         """Return points off for work that came ``lateness`` after its due time."""
         beyond = lateness - timedelta(minutes=self.grace_minutes)
-        days = max(0, math.ceil(beyond / DAY))
+        days = max(0, math.ceil(beyond / timedelta(days=1)))
         return max_score * min(self.percent_per_day * days, self.cap_percent) / 100
 
     def __str__(self) -> str:
@@ -85,8 +88,7 @@ class Rules:
                 f"{self.path}: there is no due time for {assignment}: write it under [due], "
                 f'or "{NONE}".'
             )
-        own = self.extensions.get(assignment, {})
-        return own[student] if student in own else self.due[assignment]
+        return self.extensions.get(assignment, {}).get(student, self.due[assignment])
 
 
 def load(path: Path) -> Rules:
@@ -95,22 +97,18 @@ def load(path: Path) -> Rules:
     Raises:
         WrongUse: names the file and the key that is missing, unknown or no time.
     """
-    table = read_table(path, _KEYS)
-    extensions = table.get("extensions", {})
-    check_table(path, extensions, dict.fromkeys(extensions, dict))
+    table = read_table(path, _KINDS)
     if "policy" not in table or "due" not in table:
         raise WrongUse(f"{path}: [policy] and [due] are wanted.")
     zone = _zone(path, table.get("timezone"))
-    return Rules(
-        path,
-        zone,
-        _policy(path, table["policy"]),
-        _times(path, "due", table["due"], zone),
-        {
-            name: _times(path, f"extensions.{name}", times, zone)
-            for name, times in extensions.items()
-        },
-    )
+
+    def times(where: str, said: Mapping[str, object]) -> dict[str, datetime | None]:
+        return {name: _time(path, f"{where}.{name}", one, zone) for name, one in said.items()}
+
+    policy, due = _policy(path, table["policy"]), times("due", table["due"])
+    own = table.get("extensions", {})
+    extensions = {name: times(f"extensions.{name}", said) for name, said in own.items()}
+    return Rules(path, zone, policy, due, extensions)
 
 
 def _zone(path: Path, name: str | None) -> ZoneInfo | None:
@@ -121,7 +119,6 @@ def _zone(path: Path, name: str | None) -> ZoneInfo | None:
 
 
 def _policy(path: Path, table: dict[str, Any]) -> Policy:
-    check_table(path, table, _POLICY)
     if "percent_per_day" not in table:
         raise WrongUse(f"{path}: [policy] needs percent_per_day; 0 takes nothing off.")
     for key, value in table.items():
@@ -131,13 +128,7 @@ def _policy(path: Path, table: dict[str, Any]) -> Policy:
     return Policy(**table)
 
 
-def _times(
-    path: Path, where: str, table: dict[str, Any], zone: ZoneInfo | None
-) -> dict[str, datetime | None]:
-    return {name: _time(path, f"{where}.{name}", value, zone) for name, value in table.items()}
-
-
-def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime | None:  # noqa: ANN401
+def _time(path: Path, where: str, value: object, zone: ZoneInfo | None) -> datetime | None:
     if value == NONE:
         return None
     if not isinstance(value, datetime):
@@ -164,9 +155,7 @@ def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime
 def handed_in(folder: Path, notebook: str) -> HandedIn:
     """Return when a submission was: by nbgrader's ``timestamp.txt``, else the notebook's own time.
 
-    Args:
-        folder: the submission's, ``submitted/<student>/<assignment>/``.
-        notebook: the assignment's notebook, without its ending.
+    The folder is ``submitted/<student>/<assignment>/``, the notebook's name without its ending.
 
     Raises:
         Undated: there is no folder or no notebook, or ``timestamp.txt`` holds no time.

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.reading.table import check_table, read_table
+from robust_slam_autograder.reading.table import Kinds, read_table
 
 NAME = "marking.toml"
-_KEYS = {"markers": list, "takes": dict, "questions": dict, "answers": dict}
+_TOLD = {...: {...: str}}
+_KINDS: Kinds = {"markers": list, "takes": {...: str}, "questions": _TOLD, "answers": _TOLD}
 _SHOWN = 10
 """Names in a message."""
 
@@ -40,17 +41,14 @@ class Marking:
 def load(path: Path, handed_in: Mapping[str, Collection[str]]) -> Marking:
     """Read who marks whom, and the questions.
 
-    Students whom no line gives to a marker are dealt out in turn, by their names.
-
-    Args:
-        path: the file.
-        handed_in: by assignment the students who have a result.
+    Students whom no line gives to a marker are dealt out in turn, by their names. Who has a
+    result is told by assignment.
 
     Raises:
         WrongUse: names the file and the key that is unknown, of a wrong type, or about a
             marker, a student or an assignment that there is not.
     """
-    table = read_table(path, _KEYS)
+    table = read_table(path, _KINDS)
     markers = table.get("markers", [])
     if not all(isinstance(name, str) and name.strip() for name in markers):
         raise WrongUse(f'{path}: markers is a list of names, as ["Ines", "Omar"].')
@@ -71,17 +69,15 @@ def _questions(
 ) -> dict[str, tuple[Question, ...]]:
     asked, answered = table.get("questions", {}), table.get("answers", {})
     for where, found in (("questions", asked), ("answers", answered)):
-        check_table(path, found, dict.fromkeys(found, dict))
         _refuse_unknown(path, where, found, handed_in, kind="assignment")
         for name, lines in found.items():
             _refuse_unknown(path, f"{where}.{name}", lines, handed_in[name])
     for name, lines in answered.items():
-        for student in lines:
-            if student not in asked.get(name, {}):
-                raise WrongUse(
-                    f"{path}: answers.{name} answers {student}, who asks nothing there: write the "
-                    f"question under [questions.{name}]."
-                )
+        for student in (one for one in lines if one not in asked.get(name, {})):
+            raise WrongUse(
+                f"{path}: answers.{name} answers {student}, who asks nothing there: write the "
+                f"question under [questions.{name}]."
+            )
     return {
         name: tuple(
             Question(student, text, answered.get(name, {}).get(student, ""))
@@ -94,11 +90,7 @@ def _questions(
 def _refuse_unknown(
     path: Path, where: str, found: Mapping[str, Any], known: Collection[str], kind: str = "student"
 ) -> None:
-    """Refuse lines about who is not known, and lines without words.
-
-    Raises:
-        WrongUse: there is one.
-    """
+    """Refuse lines about who is not known, and lines without words."""
     for name, said in found.items():
         if name not in known:
             there = sorted(known)
@@ -107,5 +99,5 @@ def _refuse_unknown(
                 f"{path}: {where} names {name}, and no {kind} of that name has a result; "
                 f"there are {some or 'none'}."
             )
-        if (isinstance(said, str) and not said.strip()) or not isinstance(said, (str, dict)):
+        if isinstance(said, str) and not said.strip():
             raise WrongUse(f"{path}: {where}.{name} is a sentence in quotes.")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from robust_slam_autograder.reading.assignment import Assignment
 
 if TYPE_CHECKING:
     from robust_slam_autograder.nbgrader.database import Location
-    from robust_slam_autograder.nbgrader.totals import Total
+    from robust_slam_autograder.nbgrader.totals import Total, Totals
 
 TOLERANCE = 1e-6
 """Points between a sum here and the same sum in the gradebook."""
@@ -63,13 +64,7 @@ class Ledger:
     failed: tuple[tuple[str, str], ...]
     """Students and assignments on which the grader itself failed: they have no mark."""
 
-    @property
-    def students(self) -> list[str]:
-        """Return everybody who has handed something in, once."""
-        named = [student for column in self.columns for student in column.marks]
-        return list(dict.fromkeys([*named, *sorted(student for student, _ in self.lost)]))
-
-    @property
+    @functools.cached_property
     def lost(self) -> frozenset[tuple[str, str]]:
         """Return students and assignments whose mark is not known: they have no 0 either."""
         undated = {(student, column.name) for column in self.columns for student in column.undated}
@@ -87,32 +82,26 @@ def read(
 ) -> Ledger:
     """Read marks from the gradebook, which has what a person entered too.
 
-    Args:
-        tree: the instructor's source tree.
-        names: assignments; all that somebody has handed in where empty.
-        location: the gradebook.
-        out: the results' folder.
-        rules: the late policy; None leaves what nbgrader itself has taken off.
-        submitted: where ``<student>/<assignment>/`` are; looked at for the policy alone.
+    Where no assignment is named they are all that somebody has handed in. Without rules for late
+    work it stays what nbgrader itself has taken off, and submissions are not looked at.
 
     Raises:
-        WrongUse: there are no marks, the gradebook does not have all results, a due time is
-            missing, no submission says when it was handed in, or nbgrader has taken something
-            off already.
+        WrongUse: there are no marks, or not of all results; or, with rules, a due time is missing,
+            no submission says when it was handed in, or nbgrader has taken something off already.
     """
     from robust_slam_autograder.nbgrader import database, totals  # these take a second to import
 
     database.refuse_missing(location)
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
-    for name in assignments.chosen(tree, names):
+    for name in assignments.find_names(tree, names):
         recorded = totals.read(location, name)
         broken = _failed(out, name, recorded.students)
         failed += [(student, name) for student in broken]
         known = {name: one for name, one in recorded.students.items() if name not in broken}
         if known:
             tests = assignments.load(assignments.notebook_path(tree / name))
-            columns.append(_column(tests, recorded.max_score, known, rules, submitted))
+            columns.append(_column(tests, replace(recorded, students=known), rules, submitted))
         elif name in names:
             raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")
     return Ledger(tuple(columns), tuple(failed))
@@ -121,8 +110,7 @@ def read(
 def _failed(out: Path, name: str, recorded: Mapping[str, Total]) -> list[str]:
     """Return students on whose submission the grader failed; a mark that they have is an old one.
 
-    Raises:
-        WrongUse: a result is not in the gradebook as it is, for grading was stopped.
+    It is refused where a result is not in the gradebook as it is, for grading was stopped.
     """
     failed = []
     for path in results.files_of(out, name):
@@ -138,42 +126,29 @@ def _failed(out: Path, name: str, recorded: Mapping[str, Total]) -> list[str]:
     return failed
 
 
-def _column(
-    assignment: Assignment,
-    max_score: float,
-    recorded: Mapping[str, Total],
-    rules: Rules | None,
-    submitted: Path,
-) -> Column:
+def _column(tests: Assignment, known: Totals, rules: Rules | None, submitted: Path) -> Column:
     """Return an assignment's marks, after the late policy where there is one."""
     marks: dict[str, Mark] = {}
     undated: dict[str, str] = {}
-    for student, total in recorded.items():
-        if rules is None:
-            marks[student] = _mark(total, total.penalty)
-            continue
-        if total.penalty:
-            raise WrongUse(
-                f"nbgrader's own late policy has taken {total.penalty:g} points off "
-                f"{student}/{assignment.name}: export without --late, or take it out of nbgrader."
-            )
-        try:
-            at = late.handed_in(submitted / student / assignment.name, assignment.notebook)
-        except Undated as error:
-            undated[student] = str(error)
-            continue
-        due = rules.due_for(assignment.name, student)
-        over = timedelta() if due is None else max(timedelta(), at.at - due)
-        marks[student] = _mark(total, rules.policy.penalty(over, max_score), at, over)
+    for student, total in known.students.items():
+        at, over, off = None, timedelta(), total.penalty
+        if rules is not None:
+            if total.penalty:
+                raise WrongUse(
+                    f"nbgrader's own late policy has taken {off:g} points off {student}/"
+                    f"{tests.name}: export without --late, or take it out of nbgrader."
+                )
+            try:
+                at = late.handed_in(submitted / student / tests.name, tests.notebook)
+            except Undated as error:
+                undated[student] = str(error)
+                continue
+            due = rules.due_for(tests.name, student)
+            over = max(over, at.at - due) if due is not None else over
+            off = rules.policy.penalty(over, known.max_score)
+        points = total.score, max(0.0, total.score - off)
+        before, after = (tidy(round(each, DIGITS)) for each in points)
+        marks[student] = Mark(before, after, total.waits, at, over)
     if undated and not marks:
         raise WrongUse(next(iter(undated.values())))
-    return Column(assignment.name, assignment.config.title, tidy(max_score), marks, undated)
-
-
-def _mark(
-    total: Total, penalty: float, at: HandedIn | None = None, over: timedelta = timedelta()
-) -> Mark:
-    before, after = (
-        tidy(round(points, DIGITS)) for points in (total.score, max(0.0, total.score - penalty))
-    )
-    return Mark(before, after, total.waits, at, over)
+    return Column(tests.name, tests.config.title, tidy(known.max_score), marks, undated)

@@ -177,11 +177,11 @@ class Matching:
         """Say which strangers are on the roster as a spreadsheet writes them; empty for none."""
         kept = {_number(name): name for name in self.students}
         near = {name: kept[_number(name)] for name in self.strangers if _number(name) in kept}
+        if not near:
+            return ""
         pairs = ", ".join(f"{one_line(name)} as {one_line(on)}" for name, on in near.items())
         cause = "likely on the roster, where a spreadsheet took off zeros, or capitals differ"
-        return (
-            pairs and f"{cause}: {pairs}. Export it again, and do not save it from a spreadsheet"
-        )
+        return f"{cause}: {pairs}. Export it again, and do not save it from a spreadsheet"
 
     def mark(self, row: Row, column: Column) -> Mark | None:
         """Return a line's mark in an assignment; None where there is none."""
@@ -190,32 +190,28 @@ class Matching:
     def cell(self, row: Row, column: Column, *, zero: bool) -> str | None:
         """Return what a line says of an assignment: a mark, with ``zero`` 0, or None for nothing.
 
-        Whose mark is not known has no 0 either, and no one has one while there are strangers:
-        a stranger's work may be theirs.
+        No one has a 0 while there are strangers: a stranger's work may be theirs.
         """
-        mark = self.mark(row, column)
-        if mark is not None:
+        if mark := self.mark(row, column):
             return str(mark.after)
+        return "0" if zero and not self.strangers and self._is_absent(row, column) else None
+
+    def _is_absent(self, row: Row, column: Column) -> bool:
+        """Whether no work is known, and none whose mark is not known."""
         lost = (self.owners.get(row.line), column.name) in self.ledger.lost
-        theirs = lost or self.strangers or row.line in self.doubled
-        return "0" if zero and not theirs else None
+        return not (self.mark(row, column) or lost or row.line in self.doubled)
 
-    def marked(self) -> int:
-        """Return how many of the roster's students have a mark."""
-        rows = self.students.values()
-        return sum(any(self.mark(row, column) for column in self.ledger.columns) for row in rows)
-
-    def missing(self, column: Column) -> list[str]:
-        """Return who is on the roster and has no mark in an assignment."""
-        rows = self.students.items()
-        return [name for name, row in rows if self.mark(row, column) is None]
+    def absent(self, column: Column) -> list[str]:
+        """Return who is on the roster and handed in nothing for an assignment."""
+        return [name for name, row in self.students.items() if self._is_absent(row, column)]
 
 
 def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
     """Find each student, as the submissions' folders are named, among lines from ``by_key``."""
+    named = [student for column in ledger.columns for student in column.marks]
     found: dict[int, list[str]] = {}
     strangers = []
-    for student in ledger.students:
+    for student in dict.fromkeys([*named, *sorted(student for student, _ in ledger.lost)]):
         row = students.get(key(student))
         if row is None:
             strangers.append(student)

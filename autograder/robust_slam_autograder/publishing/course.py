@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.reading.table import check_table, read_table
+from robust_slam_autograder.reading.table import Kinds, read_table
 
 COURSE_NAME = "course.toml"
 BOOK_NAME = "_config.yml"
@@ -22,6 +22,14 @@ HAND_IN = "Hand in this one file, under the name that it had."
 """What students are told where the book's settings do not name a place."""
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://[^\s\"'`{}\\]+")
 _PASSWORD = re.compile(r"://[^/@]*:[^/]*@")
+_FOLDERS = ("book", "assignments", "readme")
+_PLACES = {...: str}
+_LISTS = {...: list}
+_KINDS: Kinds = {
+    "install": {"book": _PLACES, "assignments": _PLACES, "also": _LISTS, "tools": list},
+    "public": dict.fromkeys(_FOLDERS, str) | {"files": list, "without": list, "known": _LISTS},
+    "lab": {"python": str},
+}
 _BRANCH = re.compile(r"[\w][\w./-]*")
 _PACKAGE = re.compile(r"[A-Za-z0-9][\w.-]*(\[[\w,.-]+\])?")
 _REQUIREMENT = re.compile(rf"{_PACKAGE.pattern}([<>=!~]=?[\w.*]+(,[<>=!~]=?[\w.*]+)*)?")
@@ -127,14 +135,13 @@ def load(tree: Path) -> Course:
     repository, how = _repository(root / BOOK_NAME), hand_in(root)
     if not path.is_file():
         return Course(tree, repository, hand_in=how)
-    table = read_table(path, {"install": dict, "public": dict, "lab": dict})
+    table = read_table(path, _KINDS)
     install = _install(path, table.get("install", {}))
     public = _public(path, table["public"]) if "public" in table else None
     return Course(tree, repository, install, public, _lab(path, table.get("lab", {})), how)
 
 
 def _lab(path: Path, table: dict[str, Any]) -> tuple[int, int] | None:
-    check_table(path, table, {"python": str})
     version = re.fullmatch(r"(\d+)\.(\d+)", table.get("python", ""))
     if table and version is None:
         raise WrongUse(f'{path}: [lab] has python, such as "3.12".')
@@ -142,15 +149,11 @@ def _lab(path: Path, table: dict[str, Any]) -> tuple[int, int] | None:
 
 
 def _install(path: Path, table: dict[str, Any]) -> Install:
-    check_table(path, table, {"book": dict, "assignments": dict, "also": dict, "tools": list})
     for key in ("book", "assignments"):
-        packages = table.get(key, {})
-        check_table(path, packages, dict.fromkeys(packages, str))
-        for package, folder in packages.items():
+        for package, folder in table.get(key, {}).items():
             if not _PACKAGE.fullmatch(package) or not _is_inside(folder):
                 raise WrongUse(f"{path}: [install.{key}] takes package = its folder ({package}).")
     also = table.get("also", {})
-    check_table(path, also, dict.fromkeys(also, list))
     known = {name_of(package) for package in table.get("assignments", {})}
     for package in (str(each) for packages in also.values() for each in packages):
         if not _PACKAGE.fullmatch(package) or name_of(package) not in known:
@@ -167,17 +170,13 @@ def _install(path: Path, table: dict[str, Any]) -> Install:
 
 
 def _public(path: Path, table: dict[str, Any]) -> Public:
-    folders = {"book": str, "assignments": str, "readme": str}
-    check_table(path, table, {"files": list, "without": list, "known": dict} | folders)
-    known = table.get("known", {})
-    check_table(path, known, dict.fromkeys(known, list))
-    table["known"] = {name: tuple(lines) for name, lines in known.items()}
+    table["known"] = {name: tuple(lines) for name, lines in table.get("known", {}).items()}
     for key in ("files", "without"):
         names = table[key] = tuple(table.get(key, ()))
         if not all(isinstance(name, str) and _is_inside(name) for name in names):
             raise WrongUse(f"{path}: {key} must be a list of paths inside the course's folder.")
-    if not all(_is_inside(table.get(key, "x")) for key in folders):
-        raise WrongUse(f"{path}: {', '.join(folders)} want a path inside the course's folder.")
+    if not all(_is_inside(table.get(key, "x")) for key in _FOLDERS):
+        raise WrongUse(f"{path}: {', '.join(_FOLDERS)} want a path inside the course's folder.")
     return Public(**table)
 
 

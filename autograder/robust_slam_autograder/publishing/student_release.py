@@ -27,7 +27,6 @@ from robust_slam_autograder.reading.source import (
     defined_names,
     imports,
     names_read,
-    plain_python,
 )
 
 
@@ -49,7 +48,7 @@ def release(
         WrongUse: an assignment does not exist or cannot be read.
         GraderFailure: nbgrader failed, or a release still holds what it must not.
     """
-    names = assignments.chosen(tree, names)
+    names = assignments.find_names(tree, names)
     sources = [assignments.notebook_path(tree / name) for name in names]
     for name, source in zip(names, sources, strict=True):
         assignments.load(source)
@@ -122,7 +121,6 @@ def _describe(source: Path, made: Path) -> None:
 
 def _names_alone(answer: str, assignment: Assignment) -> str:
     """Reduce an answer to the names that it defines, and to imports that visible tests rely on."""
-    answer = plain_python(answer)
     used = names_read(*(compiled(case.visible, case.grade_id) for case in assignment.cases))
     lines = [
         line for line in imports(answer).splitlines() if used & names_read(compiled(line, ""))

@@ -10,20 +10,15 @@ import functools
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import (
-    defined_names,
-    imported_modules,
-    imports,
-    plain_python,
-)
-from robust_slam_autograder.reading.table import check_table, read_table
+from robust_slam_autograder.reading.source import defined_names, imported_modules, imports
+from robust_slam_autograder.reading.table import Kinds, read_table
 
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
@@ -33,21 +28,22 @@ TOWN = "TOWN"
 MAX_NAME = 128
 """Characters of a name in nbgrader's gradebook; PostgreSQL takes no more."""
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
-_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
-_KEYS = {
+_KINDS: Kinds = {
     "title": str,
     "chapter": str,
-    "sections": dict,
+    "sections": {...: str},
     "packages": list,
     "withheld": list,
-    "limits": dict,
-    "hints": dict,
-    "causes": dict,
-    "hidden": dict,
-    "released": dict,
+    "hints": {...: [str]},
+    "causes": {...: str},
+    "hidden": {...: int},
+    "limits": dict.fromkeys(Limits.__dataclass_fields__, (int, float)),
+    "released": {"cells": str},
 }
-
-
+_NAMES = {
+    "withheld": (r"[^\W\d]\w*(\.[^\W\d]\w*)*", "module names"),
+    "packages": (r"[^\W\d]\w*", 'names as they are imported, such as ["numpy"]'),
+}
 MAX_SECONDS = 86_400.0
 
 
@@ -57,7 +53,6 @@ class Config:
 
     title: str = ""
     chapter: str = ""
-    """Name of the chapter that the assignment belongs to."""
     sections: Mapping[str, str] = field(default_factory=dict)
     """Per exercise the chapter's heading to read again, as it stands there."""
     hints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -76,10 +71,8 @@ class Config:
 
     def place(self, exercise: str) -> str:
         """Say where an exercise's matter stands; empty for an assignment without a chapter."""
-        heading = self.sections.get(exercise, "")
-        if not self.chapter:
-            return ""
-        return f"chapter {self.chapter}" + (f", “{heading}”" if heading else "")
+        heading = f", “{said}”" if (said := self.sections.get(exercise)) else ""
+        return f"chapter {self.chapter}{heading}" if self.chapter else ""
 
 
 @dataclass(frozen=True)
@@ -125,6 +118,10 @@ class Solution:
 
     grade_id: str
     names: tuple[str, ...]
+
+    def is_of(self, name: str) -> bool:
+        """Tell whether an exercise's or a function's name belongs to it."""
+        return name == self.grade_id or name in self.names
 
 
 @dataclass(frozen=True)
@@ -179,22 +176,18 @@ class Assignment:
 
     def names_of(self, exercise: str) -> tuple[str, ...]:
         """Return the names that an exercise's cell is to define."""
-        owner = self.owner(exercise)
-        return next((one.names for one in self.solutions if one.grade_id == owner), ())
+        return next((one.names for one in self.solutions if one.is_of(exercise)), ())
 
     def owner(self, name: str) -> str:
-        """Grade id of the solution cell that an exercise's or a function's name belongs to."""
-        for solution in self.solutions:
-            if name == solution.grade_id or name in solution.names:
-                return solution.grade_id
-        return name
+        """Return the grade id of the cell that an exercise's or a function's name belongs to."""
+        return next((one.grade_id for one in self.solutions if one.is_of(name)), name)
 
 
-def find_names(tree: Path) -> list[str]:
-    """List the assignments of a source tree.
+def find_names(tree: Path, chosen: Iterable[str] = ()) -> list[str]:
+    """List the assignments of a source tree; once each those that are chosen, where any are.
 
     Raises:
-        WrongUse: there is no such folder, or no assignment in it.
+        WrongUse: there is no such folder, no assignment in it, or none of a chosen name.
     """
     if not tree.is_dir():
         raise WrongUse(
@@ -205,20 +198,10 @@ def find_names(tree: Path) -> list[str]:
     names = sorted(path.name for path in folders if any(path.glob("*.ipynb")))
     if not names:
         raise WrongUse(f"{tree} holds no assignment: it needs NAME/NAME.ipynb.")
-    return names
-
-
-def chosen(tree: Path, names: Iterable[str]) -> list[str]:
-    """List the named assignments of a source tree once each; all where none is named.
-
-    Raises:
-        WrongUse: as for ``find_names``, or a name is not one of them.
-    """
-    known = find_names(tree)
-    wanted = list(dict.fromkeys(names))
-    if unknown := [name for name in wanted if name not in known]:
-        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
-    return wanted or known
+    wanted = list(dict.fromkeys(chosen))
+    if unknown := [name for name in wanted if name not in names]:
+        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(names)}.")
+    return wanted or names
 
 
 def notebook_path(folder: Path) -> Path:
@@ -247,13 +230,16 @@ def load(path: Path) -> Assignment:
         cells = notebook.read(path)
     except Refused as error:
         raise WrongUse(str(error)) from error
-    config = load_config(path.parent / CONFIG_NAME)
+    config = load_config(beside := path.parent / CONFIG_NAME)
     name = path.resolve().parent.name
     assignment = from_cells(cells, name=name, notebook=path.stem, config=config)
-    known = ", ".join(assignment.exercises)
+    known = assignment.exercises
     for table, names in (("sections", config.sections), ("hints", config.hints)):
-        for exercise in set(names) - set(assignment.exercises):
-            raise WrongUse(f"{name}: [{table}] names {exercise!r}; the exercises are {known}.")
+        for exercise in (one for one in names if one not in known):
+            raise WrongUse(
+                f"{beside}: [{table}] names {exercise!r}; the exercises are {', '.join(known)}: "
+                f"correct the name, or mark its cells in {path.name} again as nbgrader has them."
+            )
     return assignment
 
 
@@ -264,26 +250,34 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
     """
     code = [cell for cell in cells if cell.kind == "code"]
-    _refuse_bad_ids(name, cells)
-    for long in [name, notebook, *(cell.grade_id or "" for cell in cells)]:
-        if len(long) > MAX_NAME:
-            raise WrongUse(f"{long} is a name of more than {MAX_NAME} characters: shorten it.")
-    answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
+    marked = tuple(cell for cell in cells if cell.grade_id is not None)
+    if any(cell.grade_id is None and (cell.grade or cell.solution) for cell in cells):
+        raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
+    ids = Counter(cell.grade_id or "" for cell in marked)
+    for one in [name, notebook, *ids]:
+        if len(one) > MAX_NAME:
+            raise WrongUse(f"{one} is a name of more than {MAX_NAME} characters: shorten it.")
+        if ids[one] > 1:
+            raise WrongUse(f"{name} has two cells with the grade id {one}: rename one.")
+    answers = [cell for cell in code if cell.solution]
     solutions = tuple(
         Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
     )
-    known = {solution.grade_id for solution in solutions}
-    known |= {name for solution in solutions for name in solution.names}
+    known = {each for one in solutions for each in (one.grade_id, *one.names)}
     tests = [cell for cell in code if cell.grade and not cell.solution]
     if not tests:
-        raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
+        raise WrongUse(f"{name} holds no test cell: mark its tests as nbgrader has them.")
     cases = tuple(_case(cell, known) for cell in tests)
-    given = [cell.source for cell in code if not cell.solution and not cell.grade]
-    given += ["", *(case.visible for case in cases)]
+    plain = [cell for cell in code if not cell.solution and not cell.grade]
+    given = ["", *(cell.source for cell in plain), *(case.visible for case in cases)]
     return Assignment(
         name=name,
         notebook=notebook,
-        setup=_setup(code),
+        # Locked cells run whole; of cells without nbgrader's marks the definitions alone.
+        setup=tuple(
+            Piece(f"set-up {number}", cell.source, own=not cell.locked)
+            for number, cell in enumerate(plain, start=1)
+        ),
         imports=tuple(found for cell in answers if (found := imports(cell.source))),
         libraries=tuple(
             dict.fromkeys(name for cell in answers for name in imported_modules(cell.source))
@@ -292,29 +286,8 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         cases=cases,
         config=config,
         given=frozenset(text.strip() for text in given),
-        marked=tuple(cell for cell in cells if cell.grade_id is not None),
+        marked=marked,
     )
-
-
-def _setup(code: Sequence[Cell]) -> tuple[Piece, ...]:
-    """Locked cells run whole; of cells without nbgrader's marks the definitions alone."""
-    cells = [cell for cell in code if not cell.grade and not cell.solution]
-    return tuple(
-        Piece(f"set-up {number}", cell.source, own=not cell.locked)
-        for number, cell in enumerate(cells, start=1)
-    )
-
-
-def _refuse_bad_ids(name: str, cells: Iterable[Cell]) -> None:
-    seen: set[str] = set()
-    for cell in cells:
-        if cell.grade_id is None:
-            if cell.grade or cell.solution:
-                raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
-            continue
-        if cell.grade_id in seen:
-            raise WrongUse(f"{name} has two cells with the grade id {cell.grade_id}: rename one.")
-        seen.add(cell.grade_id)
 
 
 def _case(cell: Cell, known: set[str]) -> Case:
@@ -341,8 +314,7 @@ def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
     Raises:
         WrongUse: a region is opened twice or not closed.
     """
-    visible: list[str] = []
-    hidden: list[str] = []
+    parts: tuple[list[str], list[str]] = ([], [])
     inside = False
     for line in source.split("\n"):
         if BEGIN_HIDDEN in line or END_HIDDEN in line:
@@ -350,10 +322,10 @@ def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
                 raise WrongUse(f"Cell {grade_id}: hidden regions must open and close in turn.")
             inside = not inside
         else:
-            (hidden if inside else visible).append(line)
+            parts[inside].append(line)
     if inside:
         raise WrongUse(f"Cell {grade_id}: a hidden region is not closed ({END_HIDDEN}).")
-    return "\n".join(visible), "\n".join(hidden)
+    return "\n".join(parts[False]), "\n".join(parts[True])
 
 
 def load_config(path: Path) -> Config:
@@ -362,39 +334,17 @@ def load_config(path: Path) -> Config:
     Raises:
         WrongUse: not TOML, an unknown key, or a value of the wrong type.
     """
-    if not path.is_file():
-        return Config()
-    table = read_table(path, _KEYS)
-    sections = table.get("sections", {})
-    check_table(path, sections, dict.fromkeys(sections, str))
-    hints = table.pop("hints", {})
-    check_table(path, hints, dict.fromkeys(hints, list))
-    if not all(isinstance(hint, str) for some in hints.values() for hint in some):
-        raise WrongUse(f"{path}: [hints] has for each exercise a list of sentences.")
-    for key, kind in (("causes", str), ("hidden", int)):
-        check_table(path, table.get(key, {}), dict.fromkeys(table.get(key, {}), kind))
-    released = table.pop("released", {})
-    check_table(path, released, {"cells": str})
-    limits = table.pop("limits", {})
-    check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
+    table = read_table(path, _KINDS) if path.is_file() else {}
+    for key, (form, what) in _NAMES.items():
+        names = table.setdefault(key, getattr(Config, key))
+        if not all(isinstance(name, str) and re.fullmatch(form, name) for name in names):
+            raise WrongUse(f"{path}: {key} must be a list of {what}.")
+        table[key] = tuple(names)
+    limits, released = table.pop("limits", {}), table.pop("released", {})
     if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):
         raise WrongUse(f"{path}: limits are seconds, more than 0 and at most {MAX_SECONDS:.0f}.")
-    withheld = table.pop("withheld", [])
-    if not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in withheld):
-        raise WrongUse(f"{path}: withheld must be a list of module names.")
-    packages = table.pop("packages", DEFAULT_PACKAGES)
-    if not all(isinstance(name, str) and name.isidentifier() for name in packages):
-        raise WrongUse(
-            f'{path}: packages must be a list of names as they are imported, such as ["numpy"].'
-        )
-    return Config(
-        **table,
-        hints={name: tuple(some) for name, some in hints.items()},
-        packages=tuple(packages),
-        withheld=tuple(withheld),
-        limits=Limits(**limits),
-        **released,
-    )
+    hints = {name: tuple(some) for name, some in table.pop("hints", {}).items()}
+    return Config(**table, **released, hints=hints, limits=Limits(**limits))
 
 
 def released(folder: Path) -> Assignment | None:

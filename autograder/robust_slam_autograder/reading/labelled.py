@@ -20,6 +20,7 @@ with line breaks around it.
 
 from __future__ import annotations
 
+import re
 import textwrap
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -32,13 +33,9 @@ _OF_WRONG = frozenset({"misconception", "caught_by", "stopped_by"})
 _TEXTS = frozenset({"code", "from"})
 
 
-_EQUIVALENTS = "equivalents.toml"
-"""Mutants that were judged, and no answers."""
-
-
-def is_of_answers(path: Path) -> bool:
-    """Tell whether a file beside others holds answers."""
-    return path.name != _EQUIVALENTS
+def files(folder: Path) -> list[Path]:
+    """List an assignment's files of answers; beside them are mutants that were judged."""
+    return [path for path in sorted(folder.glob("*.toml")) if path.name != "equivalents.toml"]
 
 
 @dataclass(frozen=True)
@@ -75,16 +72,14 @@ def read(path: Path) -> list[Answer]:
         ValueError: the file is no TOML, or an answer is not written as this module says; the
             message names the file and the answer.
     """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
     found: dict[str, Answer] = {}
-    for name, table in tables.items():
-        try:
+    where = f"{path}"
+    try:
+        for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items():
+            where = f"{path}: {name}"
             found[name] = _answer(path.stem, name, table, found)
-        except ValueError as error:
-            raise ValueError(f"{path}: {name}: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
     return list(found.values())
 
 
@@ -120,16 +115,13 @@ def _source(table: Mapping[str, Any], above: Mapping[str, Answer]) -> str:
                 raise ValueError(f"there is no answer {name} above it")
             source = above[name].source
             for change in changes:
-                source = _changed(source, change)
+                match change:
+                    case [str(old), str(new)]:
+                        source = replaced(source, old, new)
+                    case _:
+                        raise ValueError(f"a change is a pair [old, new], not {change!r}")
             return source
     raise ValueError("it holds either code, or from and changes = [[old, new], …]")
-
-
-def _changed(source: str, change: object) -> str:
-    match change:
-        case [str(old), str(new)]:
-            return replaced(source, old, new)
-    raise ValueError(f"a change is a pair [old, new], not {change!r}")
 
 
 def replaced(source: str, old: str, new: str) -> str:
@@ -152,15 +144,12 @@ def _dedented(text: str) -> str:
 
 def _places(source: str, old: str) -> Iterator[tuple[int, int, str]]:
     """Start and end of each occurrence, and how the line is indented in which it starts."""
-    first = 0
-    for line in source.splitlines(keepends=True):
+    first, _, _ = old.partition("\n")
+    for start in (at.start() for at in re.finditer(f"(?={re.escape(first)})", source) if old):
+        line = source[source.rfind("\n", 0, start) + 1 :]
         indent = line[: len(line) - len(line.lstrip(" "))]
-        sought = _below(old, indent)
-        start = source.find(sought, first) if old else -1
-        while first <= start < first + len(line):
+        if source.startswith(sought := _below(old, indent), start):
             yield start, start + len(sought), indent
-            start = source.find(sought, start + 1)
-        first += len(line)
 
 
 def _below(text: str, indent: str) -> str:

@@ -6,6 +6,7 @@ links are not followed, and nothing in the file is trusted beyond its text.
 
 from __future__ import annotations
 
+import codecs
 import errno
 import json
 import math
@@ -24,6 +25,7 @@ MAX_CELLS = 500
 MAX_VALUES = 1_000_000
 """Each value of the JSON may take some 200 bytes of memory, though it is two bytes long."""
 MAX_NAME = 80
+_UNREADABLE = {UnicodeDecodeError: "not UTF-8 text", RecursionError: "nested too deeply"}
 _VERSION = re.compile(r"(\d{1,3})\.(\d{1,3})\b")
 
 
@@ -77,13 +79,17 @@ def read_bytes(path: Path) -> bytes:
     """
     name = shown(path.name)
     try:
-        data = _open_and_read(path)
+        with open(path, "rb", opener=_without_links) as file:
+            is_plain = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            data = file.read(MAX_BYTES + 1) if is_plain else b""
+    except IsADirectoryError:
+        is_plain = False
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         if getattr(error, "errno", None) == errno.ELOOP:
             why = "it is a link"
         raise Refused(f"{name} cannot be opened ({why}): hand in a plain file.") from error
-    if data is None:
+    if not is_plain:
         raise Refused(f"{name} is not a regular file: hand in the notebook itself.")
     if len(data) > MAX_BYTES:
         fix = "clear its outputs and save it again"
@@ -91,21 +97,13 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def _open_and_read(path: Path) -> bytes | None:
-    """One byte more than the limit at most; None where it is no regular file."""
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC
+def _without_links(path: str, flags: int) -> int:
+    flags |= os.O_NOFOLLOW
     # Opening a named pipe must not wait for a writer. A browser has none, and JupyterLite would
     # take a file with this flag for one that was written.
     if sys.platform != "emscripten":
         flags |= os.O_NONBLOCK
-    descriptor = os.open(path, flags)
-    try:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            return None
-        with os.fdopen(descriptor, "rb", closefd=False) as file:
-            return file.read(MAX_BYTES + 1)
-    finally:
-        os.close(descriptor)
+    return os.open(path, flags)
 
 
 def parse(data: bytes, name: str) -> Notebook:
@@ -117,9 +115,8 @@ def parse(data: bytes, name: str) -> Notebook:
     notebook = _json_object(data, name)
     version = notebook.get("nbformat")
     if version != 4:
-        found = (
-            f"nbformat {int(version or 0)}" if version in range(100) else "of an unknown format"
-        )
+        known = version in range(100)
+        found = f"nbformat {int(version or 0)}" if known else "of an unknown format"
         raise Refused(f"{name} is {found}, not nbformat 4: open it in JupyterLab and save it.")
     cells = notebook.get("cells")
     if not isinstance(cells, list):
@@ -127,15 +124,10 @@ def parse(data: bytes, name: str) -> Notebook:
     if len(cells) > MAX_CELLS:
         raise Refused(f"{name} has more than {MAX_CELLS} cells: delete those you do not need.")
     read = Notebook(_cell(cell, position, name) for position, cell in enumerate(cells, start=1))
-    read.python = _python(notebook)
-    return read
-
-
-def _python(notebook: dict[str, Any]) -> tuple[int, int] | None:
     match notebook.get("metadata"):
         case {"language_info": {"name": "python", "version": str(told)}}:
-            return (int(v[1]), int(v[2])) if (v := _VERSION.match(told)) else None
-    return None
+            read.python = (int(v[1]), int(v[2])) if (v := _VERSION.match(told)) else None
+    return read
 
 
 def _json_object(data: bytes, name: str) -> dict[str, Any]:
@@ -143,18 +135,12 @@ def _json_object(data: bytes, name: str) -> dict[str, Any]:
         fix = "clear its outputs and save it again"
         raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {fix}.")
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise Refused(f"{name} is not UTF-8 text: save it again from JupyterLab.") from error
-    if not text.strip():
-        raise Refused(f"{name} is empty: save it again from JupyterLab.")
-    try:
         # As a float, for an integer of many digits is an error, or slow.
-        value = json.loads(text, parse_int=float)
-    except RecursionError as error:
-        raise Refused(f"{name} is nested too deeply: save it again from JupyterLab.") from error
-    except ValueError as error:
-        raise Refused(f"{name} is not valid JSON: save it again from JupyterLab.") from error
+        value = json.loads(data.decode("utf-8-sig"), parse_int=float)
+    except (ValueError, RecursionError) as error:
+        is_empty = not data.removeprefix(codecs.BOM_UTF8).strip()
+        why = _UNREADABLE.get(type(error), "empty" if is_empty else "not valid JSON")
+        raise Refused(f"{name} is {why}: save it again from JupyterLab.") from error
     if not isinstance(value, dict):
         raise Refused(f"{name} is JSON but no notebook: hand in the .ipynb file.")
     return value
@@ -186,10 +172,7 @@ def _nbgrader_metadata(cell: dict[str, Any]) -> dict[str, Any]:
     grade_id = fields.get("grade_id")
     points = fields.get("points")
     return {
+        **{key: fields.get(key) is True for key in ("grade", "solution", "locked", "task")},
         "grade_id": grade_id if isinstance(grade_id, str) else None,
-        "grade": fields.get("grade") is True,
-        "solution": fields.get("solution") is True,
-        "locked": fields.get("locked") is True,
-        "task": fields.get("task") is True,
         "points": points if isinstance(points, float) and math.isfinite(points) else 0.0,
     }

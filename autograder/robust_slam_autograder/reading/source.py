@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 
 CELL_MAGICS_THAT_RUN = frozenset({"time", "timeit", "capture", "prun"})
 _CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*\n?")
+_MAKES = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Import | ast.ImportFrom
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 
@@ -29,7 +30,7 @@ def plain_python(source: str) -> str:
         with contextlib.suppress(Exception):  # text that is no Python at all stays as it is
             return str(TransformerManager().transform_cell(source))  # type: ignore[no-untyped-call]
     except _UNREADABLE:
-        return source
+        pass
     return source
 
 
@@ -73,9 +74,9 @@ def defined_names(source: str) -> list[str]:
 
 
 def tree_of(source: str) -> ast.Module:
-    """Return the tree of a cell; an empty one where it is no Python."""
+    """Return the tree of a cell, magics aside; an empty one where it is no Python."""
     try:
-        return _parsed(source)
+        return _parsed(plain_python(source))
     except _UNREADABLE:
         return ast.Module([], [])
 
@@ -109,7 +110,12 @@ def defines(source: str, names: Sequence[str]) -> bool:
 
 def used_names(*statements: ast.stmt) -> set[str]:
     """Return the names that code reads from its module (and, on top, those of attributes)."""
-    return names_read(*(code for statement in statements for code in _compiled(statement)))
+    flags, found = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, set[str]()
+    for one in statements:
+        with contextlib.suppress(*_UNREADABLE):
+            module = ast.Module([one], [])
+            found |= names_read(compile(module, "<names>", "exec", flags, dont_inherit=True))
+    return found
 
 
 def names_read(*codes: types.CodeType) -> set[str]:
@@ -125,7 +131,7 @@ def names_read(*codes: types.CodeType) -> set[str]:
 
 def called_by(names: Iterable[str], sources: Sequence[str]) -> set[str]:
     """Return the names that what ``names`` stand for reads from its module, and so on."""
-    left = {node for source in sources for node in tree_of(plain_python(source)).body}
+    left = {node for source in sources for node in tree_of(source).body}
     reached = set(names)
     while found := {node for node in left if not reached.isdisjoint(_bound_by(node))}:
         left -= found
@@ -135,36 +141,21 @@ def called_by(names: Iterable[str], sources: Sequence[str]) -> set[str]:
     return reached
 
 
-def _compiled(statement: ast.stmt) -> list[types.CodeType]:
-    try:
-        module, flags = ast.Module([statement], []), ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
-        return [compile(module, "<names>", "exec", flags=flags, dont_inherit=True)]
-    except _UNREADABLE:
-        return []
-
-
 def needed(own: Sequence[str], cells: Sequence[str]) -> str:
     """Return what ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
-    trees = [tree_of(plain_python(source)) for source in own]
-    used = used_names(*(node for source in cells for node in tree_of(plain_python(source)).body))
+    trees = [tree_of(source) for source in own]
+    used = used_names(*(node for source in cells for node in tree_of(source).body))
     kept = helpers(trees, used)
     return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
 
 
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
-    """Pick what of a student's own cells a solution may need.
+    """Pick the statements of a student's own cells that a solution may need.
 
     Functions and classes stay, every statement that makes or changes a variable that the
     solutions, or what they use, read, and imports of a name that occurs in any of these. What
     else stands there (a plot and its import, a slow experiment, an error) is no part of the
-    answer, and costs no marks.
-
-    Args:
-        cells: the student's own cells.
-        used: names that the solution cells read.
-
-    Returns:
-        statements of the cells' top levels.
+    answer, and costs no marks. ``used`` are the names that the solution cells read.
     """
     statements = [node for cell in cells for node in cell.body]
     variables = {name for node in statements for name in _changed_by(node, set())}
@@ -197,26 +188,16 @@ def _changed_by(node: ast.AST, variables: set[str]) -> set[str]:
 
     A method may change a variable; of a module (``plt.plot``) it changes nothing here.
     """
+    if isinstance(node, _MAKES):
+        return set(_bound_by(node))
     parts = list(ast.iter_child_nodes(node))
     found: set[str] = set()
     match node:
-        case (
-            ast.FunctionDef()
-            | ast.AsyncFunctionDef()
-            | ast.ClassDef()
-            | ast.Import()
-            | ast.ImportFrom()
-        ):
-            return set(_bound_by(node))
         case ast.Lambda():
             return found
         case ast.comprehension():
             parts = [node.iter, *node.ifs]  # its own variable lives in it alone
-        case ast.Name(ctx=ast.Store() | ast.Del()):
-            found = {node.id}
-        case (
-            ast.Attribute(ctx=ast.Store() | ast.Del()) | ast.Subscript(ctx=ast.Store() | ast.Del())
-        ):
+        case ast.Name() | ast.Attribute() | ast.Subscript() if not isinstance(node.ctx, ast.Load):
             found = _root(node)
         case ast.Call(func=ast.Attribute()):
             found = _root(node.func) & variables
@@ -224,7 +205,7 @@ def _changed_by(node: ast.AST, variables: set[str]) -> set[str]:
 
 
 def _root(node: ast.AST) -> set[str]:
-    """The name that ``name.attribute[item]`` begins with."""
+    """The name that ``name.attribute[item]`` begins with; none of a list of names."""
     while isinstance(node, ast.Attribute | ast.Subscript):
         node = node.value
     return {node.id} if isinstance(node, ast.Name) else set()
@@ -239,22 +220,16 @@ def _bound_by(node: ast.stmt) -> list[str]:
             return [(alias.asname or alias.name).split(".")[0] for alias in node.names]
         case ast.Assign() | ast.AnnAssign():
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            return [name for target in targets for name in _names_in(target)]
+            names = (part for target in targets for part in ast.walk(target))
+            return [
+                n.id for n in names if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+            ]
         case ast.If() | ast.Try():
             # Such as: try one import, except take another.
-            inner = [_bound_by(part) for part in _blocks(node) if not isinstance(part, ast.Pass)]
+            handled = [part for one in getattr(node, "handlers", ()) for part in one.body]
+            parts = [*ast.iter_child_nodes(node), *handled]
+            does = [p for p in parts if isinstance(p, ast.stmt) and not isinstance(p, ast.Pass)]
+            inner = list(map(_bound_by, does))
             return [name for names in inner for name in names] if all(inner) else []
         case _:
             return []
-
-
-def _blocks(node: ast.If | ast.Try) -> list[ast.stmt]:
-    if isinstance(node, ast.If):
-        return [*node.body, *node.orelse]
-    handled = [part for handler in node.handlers for part in handler.body]
-    return [*node.body, *handled, *node.orelse, *node.finalbody]
-
-
-def _names_in(node: ast.AST) -> list[str]:
-    names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
-    return [name.id for name in names if isinstance(name.ctx, ast.Store)]

@@ -12,7 +12,7 @@ import os
 import unicodedata
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused
@@ -30,7 +30,7 @@ MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
 DATABASE_VARIABLE = "ROBUST_SLAM_GRADEBOOK"
 """The environment's word for another gradebook, for nbgrader's own commands too."""
-SQLITE_KEEPS = ("journal", "wal", "shm")
+_OF_DATABASE = {f"{DATABASE_NAME}{end}" for end in ("", "-journal", "-wal", "-shm")}
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,9 @@ class Submission:
     altered: tuple[str, ...] = ()
     """Grade ids of cases that do not stand in the notebook's code as they were released."""
     python: tuple[int, int] | None = None
-    """As ``Notebook.python``."""
 
 
-def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
+def collect(cells: Notebook, assignment: Assignment) -> Submission:
     """Pick the student code out of a notebook's cells: for grading, and for a student's check.
 
     What stands in an exercise's cell counts, be it code or text, and so does what any other cell
@@ -71,13 +70,9 @@ def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
         if is_test and mine:
             notes.append(f"{', '.join(mine)} was found in the check {cell.grade_id}{MOVE_OUT}")
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
-    altered = [
-        key
-        for key, check in tests.items()
-        if check and not any(f"\n{check}\n" in text for text in code)
-    ]
-    python = cells.python if isinstance(cells, Notebook) else None
-    return Submission(tuple(pieces), missing, tuple(notes), tuple(altered), python)
+    found = {key for key, check in tests.items() if any(f"\n{check}\n" in text for text in code)}
+    altered = tuple(key for key, check in tests.items() if check and key not in found)
+    return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python)
 
 
 def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:
@@ -132,21 +127,11 @@ def _notes(
             yield f"The cell {one.grade_id} was {place}."
 
 
-def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
-    """Return the same submission with more notes, before its own."""
-    return replace(submission, notes=notes + submission.notes)
-
-
 def is_student(name: str) -> bool:
     """Return whether results may be in a folder of this name, beside the batch's own files."""
     plain = name.isprintable() and "/" not in name and not name.startswith(".")
     short = len(name) <= MAX_NAME and len(name.encode(errors="replace")) <= MAX_STUDENT_BYTES
-    return bool(name) and plain and short and not _is_databases(name)
-
-
-def _is_databases(name: str) -> bool:
-    """Whether a file of this name is the gradebook's, or one that SQLite keeps beside it."""
-    return name in (DATABASE_NAME, *(f"{DATABASE_NAME}-{kind}" for kind in SQLITE_KEEPS))
+    return bool(name) and plain and short and name not in _OF_DATABASE
 
 
 def stand_in(name: str) -> str:
@@ -165,21 +150,17 @@ def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
 def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """Find the notebook that a folder ``submitted/<student>/<assignment>/`` hands in.
 
-    Args:
-        folder: the submission's folder.
-        name: the notebook's name without its ending.
-
-    Returns:
-        its path, and a note where it has another name than the assignment's.
+    With its path comes a note where it has another name than the assignment's notebook, which is
+    given without its ending.
 
     Raises:
         Refused: there is none, or several and none has the right name.
     """
     right = folder / f"{name}.ipynb"
     try:
-        notebooks = [path for path in folder.iterdir() if path.suffix == ".ipynb"]
         # macOS puts a file ._NAME beside each file of an archive.
-        found = sorted(path for path in notebooks if not path.name.startswith("."))
+        plain = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+        found = [path for path in plain if path.suffix == ".ipynb"]
     except OSError as error:
         raise Refused(f"The folder cannot be read ({error.strerror}).") from error
     if right in found:

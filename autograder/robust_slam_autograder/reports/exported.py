@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from datetime import UTC, timedelta, tzinfo
 
-from robust_slam_autograder.lms import roster
 from robust_slam_autograder.lms.late import Rules
 from robust_slam_autograder.lms.marks import Column, Mark
 from robust_slam_autograder.lms.roster import Matching
@@ -64,9 +63,7 @@ def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[
     for column in ledger.columns:
         for student, why in sorted(column.undated.items()):
             yield f"{one_line(student)}/{column.name} has no mark: {log_line(why)}"
-        lost = {roster.key(student) for student, name in ledger.lost if name == column.name}
-        lost |= {roster.key(same[0]) for same in matching.doubled.values()}
-        absent = [name for name in matching.missing(column) if name not in lost]
+        absent = matching.absent(column)
         what = "0" if zero else "left as the roster has it"
         if zero and matching.strangers:
             what = "no 0 either, for those who are not on the roster may be among them"

@@ -16,8 +16,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from robust_slam._arrays import Indices
-from robust_slam.consistency.pairwise import PcmResult, total_distances
+from robust_slam._arrays import Indices, Mask
+from robust_slam.consistency.pairwise import total_distances
 from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph
 
@@ -30,24 +30,17 @@ class Bridges:
     """The closures that join sessions.
 
     ``edges`` ``(s − 1,)`` are edges of the graph for its s sessions, and ``support``
-    ``(s − 1,)`` the number of kept closures that join the same two sessions. Nothing
-    confirms a bridge with a support of 1.
+    ``(s − 1,)`` the number of kept closures that join the same two sessions.
     """
 
     edges: Indices
     support: Indices
 
-    @property
-    def unconfirmed(self) -> Indices:
-        """The bridges that no other closure confirms, ascending as in ``edges``."""
-        alone: Indices = self.edges[self.support == 1]
-        return alone
 
-
-def find_bridges(graph: PoseGraph, consistency: PcmResult) -> Bridges:
-    """Return the bridges between the sessions of ``graph``, from the closures that PCM kept."""
+def find_bridges(graph: PoseGraph, kept: Mask) -> Bridges:
+    """Return the bridges between the sessions of ``graph``, from the ``kept`` edges ``(m,)``."""
     session = sessions(graph)
-    closures = np.flatnonzero(consistency.kept & ~graph.is_odometry)
+    closures = np.flatnonzero(kept & ~graph.is_odometry)
     joined = np.sort(session[graph.edges[closures]], axis=1)
     between = joined[:, 0] != joined[:, 1]
     closures, joined = closures[between], joined[between]

@@ -22,10 +22,11 @@ import numpy as np
 from robust_slam._arrays import Array, Indices
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.graphs import se3
+from robust_slam.graphs.doubts import few_digits
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
 from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, decoded, rows_of, whole
-from robust_slam.graphs.matrices import row_by_row
+from robust_slam.graphs.matrices import information_of, row_by_row
 from robust_slam.graphs.quaternions import poses_of
 from robust_slam.graphs.tagged import graph_of
 
@@ -69,7 +70,7 @@ class FactorFile:
     ``x`` is the map ``(n + l, …)``, or None if the file does not give the vertices of all poses
     and landmarks. ``ids`` ``(n + l,)`` are those of the file, of poses and then of landmarks.
     ``skipped`` maps each skipped tag to its number of lines, and ``notes`` are sentences about how
-    the edges were understood, as in ``GraphFile``.
+    the edges were understood, and ``doubts`` about what was hardly meant, as in ``GraphFile``.
     """
 
     graph: FactorGraph
@@ -77,6 +78,7 @@ class FactorFile:
     ids: Indices
     skipped: dict[str, int]
     notes: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") -> FactorFile:
@@ -127,7 +129,20 @@ def _parsed(text: str, unknown: Unknown) -> FactorFile:
         points=_points(rows[layout.points], ids, poses, sensors),
     )
     x = _map(poses, rows[layout.landmark], landmarks)
-    return FactorFile(graph, x, ids, skipped, poses.notes)
+    doubts = (*poses.doubts, *_few_digits(graph))
+    return FactorFile(graph, x, ids, skipped, poses.notes, doubts)
+
+
+def _few_digits(graph: FactorGraph) -> list[str]:
+    """Return a sentence about priors or GPS far from the origin with six digits."""
+    said, d = [], graph.group.DIMENSION
+    for block in graph.blocks:
+        if block.name in ("priors", "positions"):
+            z = block.measurement
+            place = graph.group.translation(z) if block.name == "priors" else z
+            claimed = np.linalg.norm(np.linalg.inv(block.root)[:, :d], axis=2)
+            said.append(few_digits(block.name, place, float(np.median(claimed))))
+    return [words for words in said if words]
 
 
 def _check_fixed(rows: Mapping[str, Rows], layout: _Layout, poses: GraphFile) -> None:
@@ -197,15 +212,7 @@ def _offsets(rows: Rows, sensors: Mapping[int, Array]) -> Array:
 
 def _matrices(rows: Rows, given: int, dof: int) -> Array:
     """Return the information matrices ``(k, dof, dof)`` behind the ``given`` numbers."""
-    matrices, _ = row_by_row(rows.numbers[:, given:], dof)
-    weak = ~(np.linalg.eigvalsh(matrices)[:, 0] > 0.0)
-    if np.any(weak):
-        raise rows.fault(
-            weak,
-            "the information matrix is not positive definite; give the upper triangle of an "
-            "inverse covariance",
-        )
-    return matrices
+    return information_of(rows, row_by_row(rows.numbers[:, given:], dof)[0], False, "raise")[0]
 
 
 def _points(

@@ -73,6 +73,21 @@ class FactorAnswer:
         nodes = np.arange(self.graph.n, self.graph.nodes)
         return np.setdiff1d(nodes, self.graph.ends[self.kept]) - self.graph.n
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """A sentence about each kind of measurement of which most are rejected."""
+        norms = FactorEquations(self.graph).norms(self.x)
+        off = {name: norms[at][~self.kept[at]] for name, at in self.graph.slices.items()}
+        return tuple(
+            f"{counted(far.size, name[:-1])} of {size:,} rejected, half of them beyond "
+            f"{np.median(far):.0f} of the claimed deviations; claim what the sensor can do, or "
+            "look for missing digits or another frame"
+            for name, far in off.items()
+            if name != "relative"
+            and 0.5 * (size := self.graph.slices[name].stop - self.graph.slices[name].start) > 2
+            and far.size > 0.5 * size
+        )
+
     def __repr__(self) -> str:
         nodes = f"{self.graph.n:,} poses, {counted(self.graph.landmarks, 'landmark')}"
         return f"<FactorAnswer: {nodes}, {self.kept.sum():,} of {self.kept.size:,} factors kept>"
@@ -84,6 +99,7 @@ class FactorAnswer:
         for name, at in self.graph.slices.items():
             kept = self.kept[at]
             rows.append((name, f"{kept.sum():,} of {kept.size:,} kept"))
+        rows += [("doubt", words) for words in self.doubts]
         rows.append(("optimum", "not certified: a local minimum for the kept factors"))
         if self.lost.size:
             rows.append(("lost", f"{counted(self.lost.size, 'landmark')} without a kept factor"))

@@ -4,7 +4,6 @@ from .generate import manhattan as manhattan
 from .generate import sphere as sphere
 from .graph_file import GraphFile as GraphFile
 from .graph_file import GraphFileError as GraphFileError
-from .laser import building as building
 from .metrics import ate as ate
 from .metrics import nees as nees
 from .metrics import precision_recall as precision_recall

@@ -6,9 +6,7 @@ import logging
 import os
 from pathlib import Path
 
-from robust_slam._words import so_do
 from robust_slam.graphs import datasets
-from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.lines import Unknown
 from robust_slam.graphs.matrices import Indefinite
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -29,8 +27,7 @@ def load(
 
     ``source`` is a path, or one of ``datasets.NAMES`` where no such file exists. The other
     arguments are those of ``read``, which also returns the file's poses and ids. What was
-    replaced, skipped or assumed is logged as a warning, and so is odometry across a gap in the
-    ids.
+    replaced, skipped, assumed or looks wrong is logged as a warning.
 
     Raises:
         FileNotFoundError: there is neither such a file nor a public graph of that name.
@@ -45,23 +42,7 @@ def load(
     )
     for words in content.remarks():
         _LOG.warning("%s: %s", path, words)
-    if content.leaps.size:
-        remedy = (
-            "mark it in a copy of graph.is_odometry as False (entry "
-            f"{content.leaps[0]}) and call dataclasses.replace(graph, is_odometry=copy)"
-        )
-        _LOG.warning("%s: %s", path, leap_words(content, remedy))
     return content.graph
-
-
-def leap_words(content: GraphFile, remedy: str) -> str:
-    """Return a sentence about the odometry that crosses a gap in the ids; there is some."""
-    first, *others = content.leaps
-    i, j = content.names[content.graph.edges[first]]
-    return (
-        f"edge {i}-{j} crosses a gap in the ids{so_do(len(others))} and counts as "
-        f"odometry, which is trusted; if it is a loop closure, {remedy}"
-    )
 
 
 def find(source: str | os.PathLike[str]) -> Path:

@@ -4,8 +4,9 @@ Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of informa
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
 numbers; ``FIX id``. Metres and radians. A file has vertices for all of its poses or for none
 of them. A FIX line may name several ids. Lines ``PARAMS_…`` are skipped: they are calibrations
-of sensors, to which no edge between poses refers. Lines with other tags, such as landmarks, are
-refused or, on demand, skipped.
+of sensors, to which no edge between poses refers. Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are
+edges like others, and its switches s are skipped, because the solver decides by itself. Lines
+with other tags, such as landmarks, are refused or, on demand, skipped.
 
 An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
 inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
@@ -25,20 +26,35 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Array, Ids
 from robust_slam._files import write_lines
 from robust_slam.graphs import quaternions, se3
 from robust_slam.graphs.lines import LARGEST_ID
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
 from robust_slam.graphs.tagged import Format, Layout
 
-PLANE = Layout("VERTEX_SE2", "EDGE_SE2", 3, 3, lambda rows: rows.numbers[:, :3], angles=(2,))
-SPACE = Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, quaternions.poses_of)
+PLANE = Layout(
+    "VERTEX_SE2",
+    "EDGE_SE2",
+    3,
+    3,
+    lambda rows: rows.numbers[:, :3],
+    angles=(2,),
+    as_edge=("EDGE_SE2_SWITCHABLE", "EDGE_SE2_MAXMIX"),
+)
+SPACE = Layout(
+    "VERTEX_SE3:QUAT",
+    "EDGE_SE3:QUAT",
+    7,
+    6,
+    quaternions.poses_of,
+    as_edge=("EDGE_SE3_SWITCHABLE", "EDGE_SE3_MAXMIX"),
+)
 G2O = Format(
     PLANE,
     SPACE,
     fix="FIX",
-    passed=("PARAMS_",),
+    passed=("PARAMS_", "VERTEX_SWITCH", "EDGE_SWITCH_PRIOR"),
     elsewhere="; rs.factors.read_factors reads landmarks and priors",
 )
 """What the lines of a g2o file mean."""
@@ -68,11 +84,11 @@ def write(
     """
     layout = PLANE if check_graph(graph).group.DIMENSION == 2 else SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
-    ids = np.arange(graph.n) if names is None else _names(names, graph.n)
+    ids = np.arange(graph.n, dtype=np.int64) if names is None else _names(names, graph.n)
     write_lines(path, _lines(graph, given, ids, layout))
 
 
-def _names(value: ArrayLike, n: int) -> Indices:
+def _names(value: ArrayLike, n: int) -> Ids:
     names = np.asarray(value)
     if names.shape != (n,):
         raise ValueError(f"names: the shape is {names.shape}; give ({n},)")
@@ -84,10 +100,10 @@ def _names(value: ArrayLike, n: int) -> Indices:
         raise ValueError(
             "names: ids must differ, and ascend from entry 1 on, as they do when they are read"
         )
-    return names.astype(np.intp)
+    return names.astype(np.int64)
 
 
-def _lines(graph: PoseGraph, poses: Array | None, names: Indices, layout: Layout) -> Iterator[str]:
+def _lines(graph: PoseGraph, poses: Array | None, names: Ids, layout: Layout) -> Iterator[str]:
     if poses is not None:
         yield from _tagged(layout.vertex, names[:, None], _numbers(poses, layout))
     if names[0] > names[1]:
@@ -106,7 +122,7 @@ def _numbers(poses: Array, layout: Layout) -> Array:
     return np.concatenate([se3.translation(poses), quaternions.on_grid(quaternion)], axis=1)
 
 
-def _tagged(tag: str, ids: Indices, numbers: Array) -> Iterator[str]:
+def _tagged(tag: str, ids: Ids, numbers: Array) -> Iterator[str]:
     for names, values in zip(ids.tolist(), numbers.tolist(), strict=True):
         yield f"{tag} {_joined(names)} {_joined(values)}\n"
 

@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._words import counted
+from robust_slam._arrays import Array, Ids, Indices, Mask
+from robust_slam._words import counted, so_do
 from robust_slam.graphs.pose_graph import PoseGraph
 
 _UNTESTED = "no edge is a loop closure, so the map is the odometry alone, and nothing tests it"
@@ -20,6 +20,11 @@ Names: TypeAlias = NDArray[Any]
 
 class GraphFileError(ValueError):
     """A file is invalid; the message is ``file:line: problem; remedy``."""
+
+
+def as_closure(named: str, edge: int) -> str:
+    """Return how an edge is said to be a closure, at the command and in Python."""
+    return f"--closure {named}, or False in is_odometry (entry {edge})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +42,7 @@ class GraphFile:
 
     graph: PoseGraph
     poses: Array | None
-    ids: Indices
+    ids: Ids
     names: Names
     repaired: Indices = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.intp))
     skipped: dict[str, int] = dataclasses.field(default_factory=dict)
@@ -78,7 +83,19 @@ class GraphFile:
             ),
             *self.notes,
             *self.doubts,
+            *self._leap_told(),
             *([_UNTESTED] if np.all(self.graph.is_odometry) else []),
+        ]
+
+    def _leap_told(self) -> list[str]:
+        """Return a sentence about odometry across a gap in the ids, if there is some."""
+        if not self.leaps.size:
+            return []
+        i, j = self.names[self.graph.edges[self.leaps[0]]]
+        return [
+            f"edge {i}-{j} crosses a gap in the ids{so_do(self.leaps.size - 1)} and counts as "
+            "odometry, which is trusted; if it is a loop closure, name it: "
+            f"{as_closure(f'{i}-{j}', self.leaps[0])}"
         ]
 
     def summary(self) -> str:

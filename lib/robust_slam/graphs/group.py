@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, Ids
 from robust_slam.graphs import se2, se3
 
 
@@ -72,3 +73,12 @@ def group_of(poses: Array) -> Group:
     raise ValueError(
         f"poses: the shape is {poses.shape}; give (…, 3) in SE(2) or (…, 3, 4) in SE(3)"
     )
+
+
+def upward(ends: Ids, measurement: Array) -> Array:
+    """Return the relative poses ``(m, …)`` of edges from the smaller to the larger of two ends.
+
+    ``measurement`` ``(m, …)`` are those from the first to the second of the ``ends`` ``(m, 2)``.
+    """
+    back = (ends[:, 0] > ends[:, 1]).reshape(-1, *[1] * (measurement.ndim - 1))
+    return np.where(back, group_of(measurement).inverse(measurement), measurement)

@@ -5,13 +5,14 @@ Blank lines and comments, which start with ``#``, are passed over.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._arrays import Array, Ids, Indices, Mask
 
 Unknown: TypeAlias = Literal["raise", "skip"]
 ReadId: TypeAlias = Callable[[str], int | None]
@@ -20,6 +21,15 @@ ReadId: TypeAlias = Callable[[str], int | None]
 LARGEST_ID = np.iinfo(np.int64).max
 LARGEST = 1e30
 """Beyond it (m or rad) a residual cannot be squared and weighed in double precision."""
+_DECIMAL = re.compile(r"[+-]?\d+(,\d+)?([eE][+-]?\d+)?")
+_MEANT = {
+    "SIM3": "it is a similarity, with a scale, and this library estimates rigid poses; apply the "
+    "scales and export EDGE_SE3:QUAT",
+    "TUTORIAL_": "the tutorial of g2o writes such tags; take TUTORIAL_ out of them",
+    ",": "fields are separated by spaces here; put them in place of the commas",
+    ";": "fields are separated by spaces here; put them in place of the semicolons",
+}
+"""What an unknown tag with these letters means, and the remedy."""
 
 
 class Fault(Exception):
@@ -31,20 +41,23 @@ class Fault(Exception):
 
 @dataclass(frozen=True)
 class Tag:
-    """What stands behind a tag: time stamps, which are not used, then ids, then numbers.
+    """What stands behind a tag: time stamps, ids, numbers without a use, then numbers.
 
-    A line with ``many`` ids counts as a line for each of them.
+    The time stamps are not used either. A line with ``many`` ids counts as a line for each of
+    them. The last numbers are an upper triangle ``half``, if there is one, such as it may be.
     """
 
     ids: int
     numbers: int
     stamps: int = 0
     many: bool = False
+    unused: int = 0
+    half: tuple[str, ...] = ()
 
     @property
     def fields(self) -> int:
         """The number of fields behind the tag."""
-        return self.stamps + self.ids + self.numbers
+        return self.stamps + self.ids + self.unused + self.numbers
 
 
 Line: TypeAlias = tuple[int, list[str]]
@@ -56,7 +69,7 @@ class Rows:
     """The lines of one tag: their numbers in the file, ids ``(k, i)``, and numbers ``(k, p)``."""
 
     line: Indices
-    ids: Indices
+    ids: Ids
     numbers: Array
 
     def __len__(self) -> int:
@@ -82,6 +95,22 @@ def decoded(content: bytes) -> str:
         if not row.partition("#")[0].isascii():
             raise Fault(line, "the bytes are not UTF-8 text; save the file as plain text")
     return text
+
+
+def with_points(text: str) -> tuple[str, tuple[str, ...]]:
+    """Return a text whose decimal commas are points, and a sentence if it has such commas.
+
+    It has, where every number with a comma has one alone, and no number has a point.
+    """
+    if "," not in text:
+        return text, ()
+    commas = False
+    for field in (field for _, fields in lines_of(text) for field in fields):
+        if "." in field or ("," in field and not _DECIMAL.fullmatch(field)):
+            return text, ()
+        commas = commas or "," in field
+    note = ("the commas in its numbers are read as decimal points",)
+    return (text.replace(",", "."), note) if commas else (text, ())
 
 
 def lines_of(text: str) -> Iterator[Line]:
@@ -114,19 +143,37 @@ def by_tag(
         name, behind = fields[0], len(fields) - 1
         if name not in tags:
             if unknown == "raise" and not name.startswith(tuple(passed)):
-                raise Fault(
-                    line,
-                    f"the tag {name[:40]!r} is unknown; use {', '.join(tags)}, or leave such "
-                    f'lines out with unknown="skip"{elsewhere}',
-                )
+                raise Fault(line, _unknown(name, text, tags, elsewhere))
             skipped[name] = skipped.get(name, 0) + 1
         elif behind == width[name]:
             found[name].append((line, fields))
         elif tags[name].many and behind > width[name]:
             found[name] += [(line, [name, field]) for field in fields[1:]]
         else:
-            raise Fault(line, f"{name} has {behind} fields behind it; give {width[name]}")
+            raise Fault(line, _miscounted(name, behind, tags[name]))
     return found, skipped
+
+
+def _unknown(name: str, text: str, tags: Mapping[str, Tag], elsewhere: str) -> str:
+    """Return what is said of a tag; to leave its lines out is a remedy if edges are left."""
+    left = any(fields[0] in tags and tags[fields[0]].ids > 1 for _, fields in lines_of(text))
+    meant = [words for letters, words in _MEANT.items() if letters in name]
+    usual = ", ".join(each for each, tag in tags.items() if not tag.unused)
+    remedy = ', or leave such lines out with unknown="skip"' if left else ""
+    use = meant[0] if meant else f"use {usual}{remedy}{elsewhere}"
+    return f"the tag {name[:40]!r} is unknown; {use}"
+
+
+def _miscounted(name: str, behind: int, tag: Tag) -> str:
+    said = f"{name} has {behind} fields behind it; give {tag.fields}"
+    if not tag.half:
+        return said
+    if behind != tag.fields - len(tag.half):
+        return f"{said}, of which the last {len(tag.half)} are half of a matrix, row by row"
+    return (
+        f"{said}: the last {len(tag.half)}, how precise it is, are missing; for deviations of "
+        f"0.1 m and 0.05 rad append {' '.join(tag.half)}"
+    )
 
 
 def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> Rows:
@@ -137,15 +184,16 @@ def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> R
     """
     number, ids, numbers = [], [], []
     first, last, end = 1 + tag.stamps, 1 + tag.stamps + tag.ids, 1 + tag.fields
+    numbers_from = last + tag.unused
     for line, fields in lines:
         number.append(line)
-        for k in range(1, first):
+        for k in (*range(1, first), *range(last, numbers_from)):
             _real(line, k, fields[k])
         ids.append([_id(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
-        numbers.append([_real(line, k, fields[k]) for k in range(last, end)])
+        numbers.append([_real(line, k, fields[k]) for k in range(numbers_from, end)])
     rows = Rows(
-        np.array(number, dtype=np.intp),
-        np.array(ids, dtype=np.intp).reshape(len(ids), tag.ids),
+        np.array(number, dtype=np.int64),
+        np.array(ids, dtype=np.int64).reshape(len(ids), tag.ids),
         np.array(numbers, dtype=np.float64).reshape(len(ids), tag.numbers),
     )
     infinite = ~np.all(np.isfinite(rows.numbers), axis=1)
@@ -194,7 +242,8 @@ def _id(line: int, place: int, field: str, read_id: ReadId, ids_are: str) -> int
 def _real(line: int, place: int, field: str) -> float:
     number = _number(field)
     if number is None:
-        raise _misread(line, place, field, "a number")
+        comma = ", with a point in place of the comma" if "," in field else ""
+        raise _misread(line, place, field, f"a number{comma}")
     return number
 
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
-from robust_slam.graphs import drives
-from robust_slam.graphs.definite import Repair
+from robust_slam.graphs import trajectories
+from robust_slam.graphs.formats import PYFG, TORO, read_id
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of
-from robust_slam.graphs.matrices import Indefinite
-from robust_slam.graphs.pyfg import PYFG, read_id
+from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of, with_points
+from robust_slam.graphs.matrices import Indefinite, Repair
 from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
-from robust_slam.graphs.toro import TORO
 
 _PLAYED = (
     "it holds what sensors said, and no pose graph: let a SLAM system play it and export its "
@@ -36,6 +36,8 @@ _MAGIC = {
 """The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
 
 
+_AHEAD = 20
+"""The largest number of lines, such as names of columns, ahead of a trajectory."""
 _UNTOLD = (
     "a trajectory does not tell how exact it is; give the standard deviations of a step, such as "
     "odometry=(0.05, 0.01) in m and rad"
@@ -53,8 +55,8 @@ def read(
     """Return the graph of a file, its initial poses and its ids.
 
     The format is told by the content: g2o, TORO (``VERTEX2``, ``EDGE2``, ``VERTEX3``, ``EDGE3``),
-    PyFactorGraph, or a trajectory of TUM or KITTI. The modules ``g2o``, ``toro``, ``pyfg`` and
-    ``drives`` of ``robust_slam.graphs`` say how each is understood.
+    PyFactorGraph, or a trajectory of TUM, KITTI or EuRoC. The modules ``g2o``, ``formats`` and
+    ``trajectories`` of ``robust_slam.graphs`` say how each is understood.
 
     Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
     line names, else that of the smallest id; the others follow by ascending id. Edges keep
@@ -62,7 +64,8 @@ def read(
 
     These formats do not say which edges are odometry. Here it is, for each pair of ids that
     are neighbours in ascending order, the first edge from the lower to the higher one, or
-    if there is none, the first edge back. To change this, use
+    if there is none, the first edge back. Where few pairs have several, one that is like no
+    other step gives way to one that is. To change this, use
     ``dataclasses.replace(graph, is_odometry=…)``.
 
     A trajectory is odometry, a step between consecutive poses. Its standard deviations
@@ -97,20 +100,22 @@ def read(
     _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
     _check_word("unknown", unknown, get_args(Unknown))
     with _named(path):
-        text = _text(path)
+        text, commas = with_points(_text(path))
         form = _format(text)
         if form is not None:
+            found = graph_of(text, form, indefinite, unknown)
             _check_alone(odometry, closures)
-            return graph_of(text, form, indefinite, unknown)
-        poses, times = drives.poses_of(text)
+            return replace(found, notes=(*commas, *found.notes))
+        drive = trajectories.drive_of(text)
         if odometry is None:
             raise Fault(0, _UNTOLD)
-    if closures is None:
-        return drives.graph_of(poses, times, odometry, None)
-    with _named(closures):
-        edges = _closures(_text(closures), indefinite, unknown)
-        drives.check_ends(edges, len(poses))
-    return drives.graph_of(poses, times, odometry, edges)
+    edges = None
+    if closures is not None:
+        with _named(closures):
+            edges = _closures(with_points(_text(closures))[0], indefinite, unknown)
+            trajectories.check_ends(edges, len(drive.poses))
+    drive = replace(drive, notes=(*commas, *drive.notes))
+    return trajectories.graph_of(drive, odometry, edges)
 
 
 def _text(path: str | os.PathLike[str]) -> str:
@@ -127,7 +132,7 @@ def _text(path: str | os.PathLike[str]) -> str:
 def _format(text: str) -> Format | None:
     """Return the format of a text; None is a trajectory, whose lines have no tags."""
     for k, (_, fields) in enumerate(lines_of(text)):
-        if k == 0 and is_real(fields[0]):
+        if k < _AHEAD and is_real(re.split("[,;]", fields[0])[0]):
             return None
         # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
         if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):

@@ -10,15 +10,19 @@ a file holds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._arrays import Array, Ids, Indices, Mask
 from robust_slam._words import so_do
+from robust_slam.graphs.doubts import FEW, Content, doubts
 from robust_slam.graphs.graph_file import GraphFile, Names
+from robust_slam.graphs.group import group_of, upward
 from robust_slam.graphs.lines import (
     Fault,
     ReadId,
@@ -32,13 +36,14 @@ from robust_slam.graphs.lines import (
 )
 from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
-from robust_slam.graphs.symptoms import symptoms
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
 
 _NAMED = 5
 """The largest number of vertex ids in a message."""
+_COPIED = 0.1
+"""With a larger share of copies a file was not meant so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +53,7 @@ class Layout:
     ``poses`` returns the poses ``(k, 3)`` or ``(k, 3, 4)`` of rows, whose first ``pose``
     numbers they are, and ``matrices`` the matrices of the numbers behind these: information
     or, where ``covariance`` says so, its inverse. The numbers at ``angles`` are angles (rad).
+    Lines ``as_edge`` are edges too, with one more number, of no use here, behind the ids.
     """
 
     vertex: str
@@ -58,6 +64,16 @@ class Layout:
     matrices: Matrices = row_by_row
     covariance: bool = False
     angles: tuple[int, ...] = ()
+    as_edge: tuple[str, ...] = ()
+
+    def edges(self, stamps: int) -> dict[str, Tag]:
+        """Return what stands behind the tags of edges; a triangle that is missing can be taken."""
+        sizes = ("0.01", "0.0025") if self.covariance else ("100", "400")
+        places = zip(*np.triu_indices(self.dof), strict=True)
+        half = tuple("0" if i < j else sizes[int(2 * i // self.dof)] for i, j in places)
+        numbers = self.pose + len(half)
+        more = {tag: Tag(2, numbers, stamps, unused=1, half=half) for tag in self.as_edge}
+        return {self.edge: Tag(2, numbers, stamps, half=half), **more}
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,17 +95,16 @@ class Format:
     elsewhere: str = ""
     read_id: ReadId = whole
     ids_are: str = "a whole number from 0 to 2^63 - 1"
-    names: Callable[[Indices], Names] = field(default=lambda ids: ids)
-    robots: Callable[[Indices], Indices] = field(default=np.zeros_like)
+    names: Callable[[Ids], Names] = field(default=lambda ids: ids)
+    robots: Callable[[Ids], Ids] = field(default=np.zeros_like)
 
-    @property
+    @cached_property
     def tags(self) -> Mapping[str, Tag]:
         """What stands behind each tag that has a meaning."""
         found = {}
         for layout in (self.plane, self.space):
-            half = layout.dof * (layout.dof + 1) // 2
             found[layout.vertex] = Tag(1, layout.pose, self.stamps)
-            found[layout.edge] = Tag(2, layout.pose + half, self.stamps)
+            found |= layout.edges(self.stamps)
         return found if self.fix is None else found | {self.fix: Tag(1, 0, many=True)}
 
 
@@ -97,7 +112,8 @@ class Format:
 class Edges:
     """Relative poses as a file gives them: their ids in ``rows``, and arrays as of a graph.
 
-    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``.
+    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``, and ``copied`` tells of
+    edges that are given twice, which may be ``many``.
     """
 
     rows: Rows
@@ -106,6 +122,8 @@ class Edges:
     repaired: Indices
     skipped: dict[str, int]
     notes: tuple[str, ...]
+    copied: tuple[str, ...]
+    many: bool
 
 
 def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
@@ -136,12 +154,14 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
         edges=number[ranks],
         measurement=found.measurement,
         information=found.information,
-        is_odometry=_steps(ranks, form.robots(ascending)),
+        is_odometry=_steps(ranks, form.robots(ascending), found.measurement),
     )
     ids = ascending[order]
     ids.flags.writeable = False
     names = form.names(ids)
-    doubts = (*_in_degrees(edges, layout, form), *symptoms(graph, names))
+    turns = np.abs(edges.numbers[:, list(layout.angles)])
+    doubtful, noted = (found.copied, ()) if found.many else ((), found.copied)
+    content = Content(graph, names, edges.line, turns, doubtful)
     return GraphFile(
         graph,
         _guess(vertices, layout, order),
@@ -149,8 +169,8 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
         names,
         found.repaired,
         skipped,
-        found.notes,
-        doubts=doubts,
+        (*found.notes, *noted),
+        doubts=doubts(content),
     )
 
 
@@ -173,38 +193,50 @@ def _edges(
     check_near(rows, rows.numbers[:, :3])
     given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
     information, repaired = information_of(rows, given, layout.covariance, indefinite)
-    notes = (*notes, *_repeated(rows, form), *uneven(rows, information, form.names))
-    return Edges(rows, layout.poses(rows), information, repaired, skipped, notes)
+    measurement = layout.poses(rows)
+    notes = (*notes, *uneven(rows, information, form.names))
+    again = _repeated(rows, measurement, layout.pose)
+    copied: tuple[str, ...] = ()
+    if again.size:
+        i, j = form.names(rows.ids[again[0]])
+        copied = (
+            f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers, or "
+            f"those of its inverse{so_do(again.size - 1)}; drop copies",
+        )
+    many = again.size > max(FEW, _COPIED * len(rows))
+    return Edges(rows, measurement, information, repaired, skipped, notes, copied, many)
 
 
-def _in_degrees(rows: Rows, layout: Layout, form: Format) -> tuple[str, ...]:
-    """Return a sentence about edges that turn by more than a circle, if there are any."""
-    turns = np.abs(rows.numbers[:, list(layout.angles)])
-    far = np.flatnonzero(np.any(turns > 2.0 * np.pi, axis=1))
-    if not far.size:
-        return ()
-    i, j = form.names(rows.ids[far[0]])
-    return (
-        f"line {rows.line[far[0]]}: edge {i}-{j} turns by {turns[far[0]].max():.4g} rad, more "
-        f"than a circle{so_do(far.size - 1)}; if these are degrees, multiply them by π/180, and "
-        "the information of the rotations by (180/π)²",
-    )
+def _repeated(rows: Rows, measurement: Array, pose: int) -> Indices:
+    """Return the rows, ascending, that say what an earlier one says.
+
+    A copy may lead from j to i, with the inverse pose, and may have been printed with fewer
+    digits.
+    """
+    group, ahead = group_of(measurement), upward(rows.ids, measurement)
+    pairs = np.sort(rows.ids, axis=1)
+    place = group.translation(ahead)
+    order = np.lexsort((place[:, 0], *pairs.T))
+    one, other = order[:-1], order[1:]
+    same = np.all(pairs[one] == pairs[other], axis=1)
+    one, other = one[same], other[same]
+    off = np.abs(group.log(group.between(ahead[one], ahead[other]))).max(axis=1, initial=0.0)
+    size = 2.0 + np.abs(place[one]).max(axis=1, initial=0.0)
+    unit = _printed(rows.numbers[:, :pose])
+    near = off <= size * np.maximum(unit[one], unit[other])
+    return np.unique(np.maximum(one, other)[near])
 
 
-def _repeated(rows: Rows, form: Format) -> tuple[str, ...]:
-    """Return a sentence about lines that say what an earlier line says, if there are any."""
-    _, pair, count = np.unique(rows.ids, axis=0, return_inverse=True, return_counts=True)
-    several = np.flatnonzero(count[pair.ravel()] > 1)
-    said = np.concatenate([rows.ids[several], rows.numbers[several]], axis=1)
-    _, first = np.unique(said, axis=0, return_index=True)
-    again = np.delete(several, first)
-    if not again.size:
-        return ()
-    i, j = form.names(rows.ids[again[0]])
-    return (
-        f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers"
-        f"{so_do(again.size - 1)}; each counts as a measurement of its own: drop copies",
-    )
+def _printed(numbers: Array) -> Array:
+    """Return the last place ``(k,)`` to which numbers ``(k, p)`` are printed, or nearly 0.
+
+    To so few places as two different measurements may agree.
+    """
+    unit = np.full(len(numbers), 1e-12)
+    for place in 10.0 ** np.arange(-11, -1):
+        whole_numbers = np.abs(np.round(numbers / place) - numbers / place) < 1e-4
+        unit[np.all(whole_numbers, axis=1)] = place if place < 0.005 else 1e-12
+    return unit
 
 
 def _rows(text: str, form: Format, unknown: Unknown) -> tuple[dict[str, Rows], dict[str, int]]:
@@ -214,7 +246,16 @@ def _rows(text: str, form: Format, unknown: Unknown) -> tuple[dict[str, Rows], d
         name: rows_of(lines, tags[name], form.read_id, form.ids_are)
         for name, lines in tagged.items()
     }
+    for layout in (form.plane, form.space):
+        rows[layout.edge] = _joined([rows[tag] for tag in (layout.edge, *layout.as_edge)])
     return rows, skipped
+
+
+def _joined(parts: Sequence[Rows]) -> Rows:
+    """Return the rows of several tags in the order of the file."""
+    order = np.argsort(np.concatenate([rows.line for rows in parts]))
+    columns = ([getattr(rows, name) for rows in parts] for name in ("line", "ids", "numbers"))
+    return Rows(*(np.concatenate(column)[order] for column in columns))
 
 
 def _layout(rows: Mapping[str, Rows], form: Format) -> Layout:
@@ -248,7 +289,11 @@ def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
     again = ~np.isin(np.arange(len(vertices)), first)
     if np.any(again):
         name = form.names(vertices.ids[np.argmax(again)])[0]
-        raise vertices.fault(again, f"vertex {name} is given twice; drop one line")
+        raise vertices.fault(
+            again,
+            f"vertex {name} is given twice; drop one line or, if two robots have the same ids, "
+            "add an offset to those of one",
+        )
     missing = ~np.isin(edges.ids, ascending)
     if np.any(missing):
         name = form.names(edges.ids[missing][:1])[0]
@@ -296,15 +341,38 @@ def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
         )
 
 
-def _steps(ranks: Indices, robots: Indices) -> Mask:
+def _steps(ranks: Indices, robots: Ids, measurement: Array) -> Mask:
     """Return the mask ``(m,)`` of odometry; the rule is in ``read``."""
     i, j = ranks.T
     near = np.flatnonzero((np.abs(j - i) == 1) & (robots[i] == robots[j]))
-    order = near[np.lexsort((near, j[near] < i[near], ranks[near].min(axis=1)))]
-    _, first = np.unique(ranks[order].min(axis=1), return_index=True)
+    pair = ranks[near].min(axis=1)
+    order = near[np.lexsort((near, j[near] < i[near], pair))]
+    _, first, count = np.unique(np.sort(pair), return_index=True, return_counts=True)
+    chosen, several = order[first], np.flatnonzero(count > 1)
+    if several.size and np.sum(count == 1) >= FEW:
+        strange = _strangeness(upward(ranks, measurement), order, chosen[count == 1])
+        for k in several:
+            how = strange[first[k] : first[k] + count[k]]
+            chosen[k] = order[first[k] + (0 if how[0] <= 1.0 else np.argmin(how))]
     odometry = np.zeros(i.size, dtype=np.bool_)
-    odometry[order[first]] = True
+    odometry[chosen] = True
     return odometry
+
+
+def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
+    """Return how far ``edges`` are from the three ``steps`` most alike, in ten usual gaps.
+
+    ``ahead`` ``(m, …)`` are the relative poses in one direction, and lengths count in steps.
+    """
+    group = group_of(ahead)
+    place = group.translation(ahead)
+    length = float(np.median(np.linalg.norm(place[steps], axis=1))) or 1.0
+    seen = np.concatenate([place / length, group.log(ahead)[:, group.DIMENSION :]], axis=1)
+    tree = KDTree(seen[steps])
+    # Of a step itself the nearest is the step.
+    usual = np.quantile(np.asarray(tree.query(seen[steps], k=4)[0])[:, -1], 0.9)
+    gaps = np.asarray(tree.query(seen[edges], k=3)[0])[:, -1]
+    return np.asarray(gaps / (10.0 * usual + np.finfo(float).tiny))
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

@@ -1,24 +1,274 @@
-"""Poses as text files that other tools read: TUM's and KITTI's formats.
+"""Poses as text files, one line a pose: TUM's and KITTI's formats, and tables of EuRoC's kind.
 
-TUM: one line ``time x y z qx qy qz qw`` a pose. KITTI: the twelve entries of [R | t], row by
-row, a line a pose. Metres. Poses in the plane are written with z = 0.
+TUM: ``time x y z qx qy qz qw``. KITTI: the twelve entries of [R | t], row by row. Metres and
+seconds. The id of a pose is the number of its line, from 0; blank lines and comments do not
+count. Poses in the plane are written with z = 0.
+
+Fields may be separated by spaces, commas or semicolons, and numbers have decimal commas beside
+semicolons. A line of names ahead of the numbers, a comment or not, tells where time, position
+and quaternion stand. Without one, whole nanoseconds and commas are EuRoC's format, whose
+quaternion begins with w: ``time x y z qw qx qy qz``. Times since 1970 may also be in
+milliseconds, microseconds or nanoseconds.
 
 Source: Sturm et al. 2012, "A benchmark for the evaluation of RGB-D SLAM systems"; Geiger et
-al. 2012, "Are we ready for autonomous driving?".
+al. 2012, "Are we ready for autonomous driving?"; Burri et al. 2016, "The EuRoC micro aerial
+vehicle datasets".
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, finite
+from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam._files import write_lines
-from robust_slam.graphs import se2
+from robust_slam.graphs import quaternions, se2, se3
+from robust_slam.graphs.doubts import Content, doubts, rolled
+from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.group import group_of
+from robust_slam.graphs.lines import (
+    Fault,
+    Line,
+    Rows,
+    Tag,
+    check_near,
+    is_real,
+    rows_of,
+    whole,
+)
+from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.graphs.tagged import Edges
+
+_NAMES = "time", "x", "y", "z", "qx", "qy", "qz", "qw"
+_TUM, _KITTI = tuple(range(8)), tuple(range(12))
+_EUROC = (0, 1, 2, 3, 5, 6, 7, 4)
+_UNITS = {1e9: "nanoseconds", 1e6: "microseconds", 1e3: "milliseconds"}
+"""How many of a unit are a second."""
+_EPOCH = 9e8, 2.5e9
+"""Since 1970 (s): a time between these in another unit is read in it."""
+_ROUNDED = 1e-3
+"""Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """The ``poses`` ``(n, 3, 4)`` of a trajectory, and their ``times`` ``(n,)`` (s) if any.
+
+    ``notes`` say how it was read, and ``w_first`` that its quaternions begin with w.
+    """
+
+    poses: Array
+    times: Array | None
+    notes: tuple[str, ...] = ()
+    w_first: bool = False
+
+
+def drive_of(text: str) -> Drive:
+    """Return the trajectory of a text.
+
+    Raises:
+        Fault: a line has other than 8 or 12 numbers, unless names tell what they are, or another
+            count than the first line; a number is wrong; a time does not ascend; the left part
+            of a line is no rotation; or there are fewer than two poses.
+    """
+    lines, names = _table(text)
+    count = len(lines[0][1])
+    for line, fields in lines:
+        if len(fields) != count:
+            raise Fault(line, f"the line has {len(fields)} numbers, the first one {count}")
+    commas = "," in text.split("\n")[lines[0][0] - 1]
+    columns = _named(names, count) or _usual(lines[0], commas)
+    if len(lines) < 2:
+        raise Fault(0, "one pose is no trajectory; give at least two")
+    # The rows of tagged lines begin with a tag.
+    rows = rows_of(((n, ["", *fields]) for n, fields in lines), Tag(0, count), whole, "")
+    if columns == _KITTI:
+        return Drive(_kitti(rows), None)
+    times, unit = _times(rows, columns[0])
+    poses = Rows(rows.line, rows.ids, rows.numbers[:, columns[1:]])
+    check_near(poses, poses.numbers[:, :3])
+    told = " ".join(_NAMES[k] for k in np.argsort(columns))
+    note = f"a line is read as {told}{unit and f', with the time in {unit}'}"
+    notes = (note,) if columns != _TUM or unit else ()
+    return Drive(quaternions.poses_of(poses), times, notes, columns[7] < columns[4])
+
+
+def _table(text: str) -> tuple[list[Line], str]:
+    """Return the lines from the first number on, and the names above them, if there are any."""
+    names, lines = "", list[Line]()
+    for number, content in enumerate(text.split("\n"), start=1):
+        data, _, comment = content.partition("#")
+        fields = _fields(data)
+        if fields and (lines or is_real(fields[0])):
+            lines.append((number, fields))
+        elif not lines:
+            names = data.strip() or comment.strip() or names
+    return lines, names
+
+
+def _fields(data: str) -> list[str]:
+    data = data.strip()
+    for mark in ";,":
+        if mark in data:
+            return [field.strip().replace(",", ".") for field in data.rstrip(mark).split(mark)]
+    return data.split()
+
+
+def _named(names: str, count: int) -> tuple[int, ...] | None:
+    """Return the columns of time, x y z and qx qy qz qw by the names above, if these tell."""
+    bare = re.sub(r"\[.*?\]|\(.*?\)", "", names.lower()).strip(" ,;")
+    marks = "[,;]" if re.search("[,;]", bare) else r"\s+"
+    words = [re.sub("[^a-z]", "", word) for word in re.split(marks, bare)]
+    turns = _together(words, "wxyz")
+    if len(words) != count or not turns:
+        return None
+    places = [each for each in _together(words, "xyz") if not set(each) & set(turns[-1])]
+    times = [k for k, word in enumerate(words) if word == "t" or re.search("time|stamp", word)]
+    if not places or not times:
+        return None
+    w, *turn = turns[-1]
+    return (times[0], *places[0], *turn, w)
+
+
+def _together(words: Sequence[str], axes: str) -> list[list[int]]:
+    """Return the columns side by side whose names differ in their last letters, the ``axes``."""
+    found = []
+    for k in range(len(words) - len(axes) + 1):
+        part = words[k : k + len(axes)]
+        ends = "".join(word[-1:] for word in part)
+        if sorted(ends) == list(axes) and len({word[:-1] for word in part}) == 1:
+            found.append([k + ends.index(axis) for axis in axes])
+    return found
+
+
+def _usual(first: Line, commas: bool) -> tuple[int, ...]:
+    """Return the columns of a format that has no names; ``commas`` separate its numbers."""
+    line, fields = first
+    count = len(fields)
+    if commas and count >= 8 and _unit(float(fields[0])) == 1e9:
+        return _EUROC
+    if count in (8, 12):
+        return _TUM if count == 8 else _KITTI
+    decimal = "; decimal commas need semicolons between the numbers" if commas else ""
+    raise Fault(
+        line,
+        f"{count} numbers are no pose of a trajectory; give 8, as TUM does (time x y z qx qy qz "
+        "qw), or 12, as KITTI does ([R | t] row by row), or name the columns in a line above"
+        f"{decimal}",
+    )
+
+
+def _times(rows: Rows, column: int) -> tuple[Array, str]:
+    """Return the times ``(n,)`` (s), and the name of their unit if it is not the second."""
+    times = rows.numbers[:, column]
+    back = np.diff(times, prepend=-np.inf) <= 0.0
+    if np.any(back):
+        raise rows.fault(back, "the time does not ascend; sort the lines and drop copies")
+    unit = _unit(times[0])
+    return times / unit, _UNITS.get(unit, "")
+
+
+def _unit(time: float) -> float:
+    return next((u for u in _UNITS if _EPOCH[0] < time / u < _EPOCH[1]), 1.0)
+
+
+def _kitti(rows: Rows) -> Array:
+    check_near(rows, rows.numbers[:, 3::4])
+    given = rows.numbers.reshape(-1, 3, 4)
+    rotation = nearest_rotations(given[:, :, :3])
+    off = np.abs(rotation - given[:, :, :3]).max(axis=(1, 2)) > _ROUNDED
+    if np.any(off):
+        raise rows.fault(
+            off, "the left part of [R | t] is not a rotation; give orthonormal columns"
+        )
+    return se3.from_parts(rotation, given[:, :, 3])
+
+
+def check_ends(closures: Edges, n: int) -> None:
+    """Refuse closures that refer to a pose that a trajectory of ``n`` poses does not have.
+
+    Raises:
+        Fault: there is one.
+    """
+    lost = np.any(closures.rows.ids >= n, axis=1)
+    if np.any(lost):
+        name = closures.rows.ids[np.argmax(lost)].max()
+        raise closures.rows.fault(
+            lost, f"pose {name} is missing: the trajectory has 0 to {n - 1}; drop the edge"
+        )
+
+
+def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None) -> GraphFile:
+    """Return the graph of a drive: a step between consecutive poses, and closures.
+
+    ``odometry`` are the standard deviations (m, rad) of each coordinate of a step. The graph is
+    in SE(2) if the closures are, and the drive stays within 1 mm and 1 mrad of its plane.
+
+    Raises:
+        ValueError: a deviation is not above 0, or the drive leaves the plane of the closures.
+    """
+    position, angle = (positive("odometry", value) for value in odometry)
+    poses = drive.poses
+    if closures is not None and closures.measurement.ndim == 2:
+        poses = _in_plane(poses)
+    group = group_of(poses)
+    first = np.arange(len(poses) - 1)
+    sigma = np.repeat([position, angle], [group.DIMENSION, group.DOF - group.DIMENSION])
+    graph = PoseGraph(
+        n=len(poses),
+        edges=np.stack([first, first + 1], axis=1),
+        measurement=group.between(poses[:-1], poses[1:]),
+        information=np.broadcast_to(np.diag(sigma**-2.0), (first.size, group.DOF, group.DOF)),
+        is_odometry=np.ones(first.size, dtype=np.bool_),
+    )
+    notes, repaired, skipped = drive.notes, np.empty(0, dtype=np.intp), {}
+    if closures is not None:
+        graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
+        repaired, skipped = closures.repaired + len(first), closures.skipped
+        notes = (*notes, *closures.notes, *closures.copied, *_steps_again(closures))
+    ids = np.arange(graph.n, dtype=np.int64)
+    content = Content(graph, ids, poses=poses, w_first=drive.w_first)
+    return GraphFile(
+        graph, poses, ids, ids, repaired, skipped, notes, drive.times, doubts(content)
+    )
+
+
+def _steps_again(closures: Edges) -> tuple[str, ...]:
+    """Return a sentence about closures between consecutive poses, if there are any."""
+    near = np.flatnonzero(np.abs(np.diff(closures.rows.ids, axis=1)[:, 0]) == 1)
+    if not near.size:
+        return ()
+    return (
+        f"{near.size:,} of the closures join consecutive poses (first line "
+        f"{closures.rows.line[near[0]]}), as the odometry does; drop those that are its steps",
+    )
+
+
+def _in_plane(poses: Array) -> Array:
+    """Return the poses ``(n, 3)`` of a drive that stays in the plane z = constant."""
+    out = _out_of_plane(poses)
+    if np.any(out):
+        remedy = "give closures in space, EDGE_SE3:QUAT"
+        if not np.any(_out_of_plane(rolled(poses, -1))):
+            remedy = "if its quaternions begin with w, write qx qy qz qw"
+        raise ValueError(
+            f"closures: they are in the plane, and pose {int(np.argmax(out))} of the trajectory "
+            f"is not; {remedy}"
+        )
+    heading = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    return np.column_stack([poses[:, :2, 3], heading])
+
+
+def _out_of_plane(poses: Array) -> Mask:
+    high = np.abs(poses[:, 2, 3] - poses[0, 2, 3]) > _ROUNDED
+    return np.asarray(high | np.any(np.abs(poses[:, 2, :2]) > _ROUNDED, axis=1))
 
 
 def write_tum(

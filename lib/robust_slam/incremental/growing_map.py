@@ -203,12 +203,12 @@ class GrowingMap:
     def _search(self) -> None:
         """Take the map of the whole search."""
         self._searched = self._reviewed = self._closures
-        self._adopt(self._found(dead_reckoning(self.graph), quick=False))
+        self._adopt(max(self._started(dead_reckoning(self.graph)).candidates(), key=evidence_of))
 
     def _review(self, x0: Array) -> None:
         """Take the map and the noise of a descent from ``x0`` ``(n, …)``, if they explain more."""
         self._reviewed = self._closures
-        best = self._found(x0, quick=True)
+        best = self._started(x0).first()
         precise = rescaled(self.graph, best.found)
         entropy = outlier_entropy(self.graph)
         if best.evidence >= evidence(precise, self.poses, self.kept, entropy):
@@ -220,24 +220,22 @@ class GrowingMap:
         norms = residual_norms(self._edges.precise, best.poses)
         self._take(State(best.poses, best.kept, norms), None)
 
-    def _found(self, x0: Array, quick: bool) -> Candidate:
-        """Return the best map that the search of ``solve`` finds from ``x0`` ``(n, …)``."""
+    def _started(self, x0: Array) -> Search:
+        """Return the search of ``solve`` from ``x0`` ``(n, …)``."""
         graph = self.graph
         self._asked = int(self._edges.number[-1]) + 1
         with stages(False) as tell:
-            search = Search(
+            return Search(
                 graph=graph,
                 x0=x0,
                 trusted=graph.is_odometry,
                 threshold=self._threshold,
                 learns=self._options[1],
-                quick=quick,
                 tell=tell,
                 deadline=Deadline.after(inf),
                 entropy=outlier_entropy(graph),
                 slips=np.zeros(len(graph.edges), dtype=np.bool_),
             )
-            return max(search.candidates(), key=evidence_of)
 
     def _take(self, state: State, window: Window | None) -> None:
         self._poses, self._kept = Growing(state.poses), Growing(state.kept)

@@ -12,6 +12,7 @@ Source: the SLAM Handbook 2026, chapter 3, for the parts; their combination is d
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Never
 
 import numpy as np
 
@@ -25,26 +26,34 @@ from robust_slam.certificates.optimality import (
     unproven,
 )
 from robust_slam.certificates.staircase import solve_certified
-from robust_slam.consistency.bridges import Bridges, find_bridges
+from robust_slam.consistency.bridges import find_bridges
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.descent import start
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select, unreached
 from robust_slam.progress import Progress, stages
 from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
-from robust_slam.solver.noise import rescaled
+from robust_slam.solver.noise import originals, rescaled
+from robust_slam.solver.rivals import comparable, contests, unbeaten
 from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Support as Support
-from robust_slam.solver.support import judge_support
+from robust_slam.solver.support import judge_support, misfit_of
 
 _DOUBTFUL = 0.01
 """A map that chance explains with less than this probability is not taken without a look."""
+_REACH = 1e6
+"""Edges so many times as long as all poses in a row are beyond what double precision solves."""
 _SEARCH = 0.7
 """This share of the time at most is spent before the certificate."""
+_UNKNOWN = "solve() got an unexpected keyword argument '{}'"
+_GONE = {
+    "quick": "; one descent alone lost right closures: leave it out, or take "
+    "rs.estimators.gnc where a map without a search and a proof is enough"
+}
 
 
 def solve(
@@ -52,9 +61,9 @@ def solve(
     probability: float = 0.99,
     *,
     find_noise: bool = True,
-    quick: bool = False,
     progress: bool | Progress = False,
     max_seconds: float = MAX_SECONDS,
+    **others: Never,
 ) -> Answer:
     """Return the map of ``graph`` without its outliers, its certificate and its support.
 
@@ -70,7 +79,7 @@ def solve(
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
     others are left out. Where noise does not explain the map, another one is tried that gives the
-    odometry more noise. With ``quick`` True only the first descent is made.
+    odometry more noise.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
@@ -80,8 +89,9 @@ def solve(
     ``Answer.stop`` or as the ``stop`` of the certificate. Each stage takes at least one step.
 
     Raises:
-        TypeError: ``graph`` is not a pose graph.
-        ValueError: ``probability`` is not inside (0, 1), or ``max_seconds`` is negative.
+        TypeError: ``graph`` is not a pose graph, or there are ``others`` among the options.
+        ValueError: ``probability`` is not inside (0, 1), or ``max_seconds`` is negative, or a
+            step of the odometry is so long beside the others that no map holds both.
 
     Source: Geman and McClure 1985, Agarwal et al. 2013, Yang et al. 2020 and Mangelson et al.
     2018 for the descents, Rosen et al. 2019 for the certificate.
@@ -95,33 +105,44 @@ def solve(
     ('certified', 0)
     """
     check_graph(graph)
+    for name in others:
+        raise TypeError(_UNKNOWN.format(name) + _GONE.get(name, ""))
+    own = (originals(graph) == np.arange(len(graph.edges))) & ~_beyond_reach(graph)
+    if not np.all(own):
+        part = solve(
+            select(graph, own),
+            probability,
+            find_noise=find_noise,
+            progress=progress,
+            max_seconds=max_seconds,
+        )
+        return part.about(graph, np.flatnonzero(own))
     threshold = chi_square_threshold(probability, graph.group.DOF)
     deadline = Deadline.after(max_seconds)
     with stages(progress) as tell:
-        bridges, trusted = _trusted(graph, threshold, tell, deadline)
+        trusted = _trusted(graph, threshold, tell, deadline)
         x0 = spanning_tree(graph, trusted.astype(np.float64))
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
-        search = Search(
-            graph, x0, trusted, threshold, find_noise, quick, tell, until, entropy, none
-        )
+        search = Search(graph, x0, trusted, threshold, find_noise, tell, until, entropy, none)
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
-        if not quick:
-            tell("slips of the odometry are looked for")
-            search, best = find_slips(search, best)
-            candidates.extend([best] if np.any(search.slips) else [])
+        tell("slips of the odometry are looked for")
+        search, best = find_slips(search, best)
+        candidates.extend([best] if np.any(search.slips) else [])
         best = search.refined(best)
-        tell("a rival is looked for")
-        judgement = judge_support(search, best, _DOUBTFUL)
-        if judgement.misfit:
-            for other in () if quick else search.wider(best):
+        tell("rivals are looked for")
+        found = list(contests(search, best))
+        if not np.any(search.slips) and not comparable(found):
+            for other in search.wider(best) if misfit_of(search, best, _DOUBTFUL) else ():
                 candidates.append(best := other)
-            judgement = judge_support(search, best)
+                found = list(contests(search, best))
+        search, best, found = unbeaten(search, best, found)
+        candidates.extend([best] if best.name == "rival" else [])
+        judgement = judge_support(search, best, found)
         if until.passed:
             best = replace(best, stop=StopReason.TIME_LIMIT)
-        if until.passed or bridges.unconfirmed.size:
             judgement = replace(judgement, support=Support.WEAK, rival=None)
         tell("the certificate is computed")
         poses, certificate = _certified(rescaled(graph, best.found), best, deadline)
@@ -130,25 +151,43 @@ def solve(
         poses=poses,
         best=best,
         candidates=tuple(candidates),
-        bridges=bridges,
+        bridges=find_bridges(graph, search.trusted),
         threshold=threshold,
         certificate=certificate,
         support=judgement.support,
         rival=judgement.rival,
         misfit=judgement.misfit,
+        lone=judgement.lone,
     )
 
 
-def _trusted(
-    graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline
-) -> tuple[Bridges, Mask]:
-    """Return the bridges between sessions, and the edges ``(m,)`` that are trusted."""
+def _beyond_reach(graph: PoseGraph) -> Mask:
+    """Return the closures ``(m,)`` that are too long for any map of such steps.
+
+    Raises:
+        ValueError: a step of the odometry, or what alone joins poses, is so long.
+    """
+    length = np.linalg.norm(graph.translation, axis=1)
+    limit = _REACH * graph.n * float(np.median(length))
+    far = (length > limit) & (limit > 0.0)
+    if np.any(far & graph.is_odometry) or unreached(graph, ~far).size:
+        k = int(np.flatnonzero(far)[np.argmax(graph.is_odometry[far])])
+        i, j = graph.edges[k]
+        raise ValueError(
+            f"edge {k}, which joins poses {i} and {j}, measures {length[k]:.3g} m, and half of "
+            f"all edges at most {np.median(length):.3g} m; correct it, or leave out what is "
+            "behind it"
+        )
+    return np.asarray(far)
+
+
+def _trusted(graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline) -> Mask:
+    """Return the edges ``(m,)`` that are trusted: the odometry, and bridges between sessions."""
     if graph.odometry_joins_all:
-        none = np.zeros(0, dtype=np.intp)
-        return Bridges(none, none), graph.is_odometry
+        return graph.is_odometry
     tell("PCM compares closures, for those that join sessions")
-    bridges = find_bridges(graph, pcm(graph, threshold, max_seconds=deadline.left))
-    return bridges, graph.is_odometry | np.isin(np.arange(len(graph.edges)), bridges.edges)
+    bridges = find_bridges(graph, pcm(graph, threshold, max_seconds=deadline.left).kept)
+    return graph.is_odometry | np.isin(np.arange(len(graph.edges)), bridges.edges)
 
 
 def _certified(graph: PoseGraph, best: Candidate, deadline: Deadline) -> tuple[Array, Certificate]:

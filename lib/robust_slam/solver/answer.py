@@ -5,10 +5,11 @@ Source: Huber 1981, "Robust Statistics", chapter 1, for the breakdown point of o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted
@@ -16,10 +17,11 @@ from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.optimality import Certificate, Verdict
 from robust_slam.consistency.bridges import Bridges
 from robust_slam.estimators.result import StopReason
-from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select
-from robust_slam.solver.candidates import Candidate
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, residual_norms, select
+from robust_slam.solver.candidates import Candidate, loosened
 from robust_slam.solver.misfit import Misfit
-from robust_slam.solver.noise import noise_words, rescaled
+from robust_slam.solver.noise import noise_words, originals, rescaled
+from robust_slam.solver.rivals import Lone
 from robust_slam.solver.support import Support
 
 _NAMED = 5
@@ -54,6 +56,7 @@ class Answer:
     support: Support
     rival: Mask | None
     misfit: Misfit
+    lone: tuple[Lone, ...]
 
     @property
     def kept(self) -> Mask:
@@ -75,13 +78,38 @@ class Answer:
         """
         return self.best.found
 
+    def about(self, graph: PoseGraph, own: Indices) -> Answer:
+        """Return the answer about ``graph``, of whose edges this one's are ``own`` ``(k,)``.
+
+        The others are copies, or rejected.
+        """
+        first = originals(graph)
+        row = np.minimum(np.searchsorted(own, first), own.size - 1)
+        there, step = own[row] == first, self.misfit.step
+        return replace(
+            self,
+            graph=graph,
+            best=replace(self.best, kept=self.best.kept[row] & there),
+            candidates=tuple(replace(one, kept=one.kept[row] & there) for one in self.candidates),
+            bridges=replace(self.bridges, edges=own[self.bridges.edges]),
+            rival=None if self.rival is None else self.rival[row] & there,
+            misfit=replace(
+                self.misfit,
+                step=None if step is None else int(own[step]),
+                closures=own[self.misfit.closures],
+            ),
+            lone=tuple(replace(one, edge=int(own[one.edge])) for one in self.lone),
+        )
+
     @property
     def precise(self) -> PoseGraph:
         """The graph with the noise that was found in place of the claims.
 
+        The copies of an edge keep next to nothing of their information.
         Covariances come from it: ``covariance(answer.precise, answer.poses, k, answer.weights)``.
         """
-        return rescaled(self.graph, self.noise)
+        copies = originals(self.graph) != np.arange(len(self.kept))
+        return loosened(rescaled(self.graph, self.noise), copies)
 
     @property
     def clean(self) -> PoseGraph:
@@ -107,6 +135,11 @@ class Answer:
     def stop(self) -> StopReason:
         """Why the last descent of the map stopped, or TIME_LIMIT if the time did not suffice."""
         return self.best.stop
+
+    @property
+    def late(self) -> bool:
+        """Whether the time limit ended the search or the proof."""
+        return self.stop is StopReason.TIME_LIMIT or self.certificate.stop is Stop.TIME_LIMIT
 
     @property
     def rejected(self) -> Indices:
@@ -156,15 +189,16 @@ class Answer:
         return [
             *self._support_notes(names),
             *self._misfit_notes(names),
+            *self._lone_notes(names),
             *self._slip_notes(names),
-            *self._session_notes(names),
+            *self._session_notes(),
             *self._share_notes(),
             *self._time_notes(),
         ]
 
     def _support_notes(self, names: ArrayLike | None) -> list[str]:
         late = self.stop is StopReason.TIME_LIMIT
-        told = late or self.misfit or self.slips.size or self.bridges.unconfirmed.size
+        told = late or self.misfit or self.slips.size or self.lone
         if np.all(self.graph.is_odometry):
             return ["There is no closure: the map is the odometry alone, and nothing tests it."]
         if self.support is Support.WEAK and not told:
@@ -185,9 +219,17 @@ class Answer:
         step, closures = self.misfit.step, self.misfit.closures
         lines = []
         if step is not None:
-            named = self._named(np.array([step]), names)
+            metres, radians = self.misfit.off
+            size = (
+                f" by {metres:.2g} m and {np.rad2deg(radians):.2g}°," if metres == metres else ""
+            )
+            tree = self.graph.is_odometry | np.isin(np.arange(len(self.kept)), self.bridges.edges)
+            tree[step] = False
+            ends = connected_parts(self.graph.n, self.graph.edges[tree])[self.graph.edges]
+            across = int(np.sum(self.kept & ~tree & (ends[:, 0] != ends[:, 1]))) - 1
             lines.append(
-                f"The odometry at {named} is off by more than its noise explains: it may have "
+                f"The odometry at {self._named(np.array([step]), names)} is off{size} by more "
+                f"than its noise explains, as {counted(across, 'closure')} across it show: it may have "
                 "slipped there or nearby, which bends the map."
             )
         if closures.size:
@@ -207,15 +249,22 @@ class Answer:
             "exactly it slipped is not certain."
         ]
 
-    def _session_notes(self, names: ArrayLike | None) -> list[str]:
-        edges, alone = self.bridges.edges, self.bridges.unconfirmed
-        if not edges.size:
-            return []
-        lines = [f"The odometry leaves {edges.size + 1:,} sessions, joined by trusted closures."]
-        if alone.size:
-            named = self._named(alone, names)
-            lines.append(f"Nothing confirms {alone.size:,} of these closures: {named}.")
-        return lines
+    def _session_notes(self) -> list[str]:
+        sessions = self.bridges.edges.size + 1
+        return (
+            [f"The odometry leaves {sessions:,} sessions, joined by closures."]
+            if sessions > 1
+            else []
+        )
+
+    def _lone_notes(self, names: ArrayLike | None) -> list[str]:
+        ids = np.arange(self.graph.n) if names is None else np.asarray(names)
+        return [
+            f"{_parts(ids, one.poses)} rest on one place, that of closure "
+            f"{self._named(np.array([one.edge]), names)}: no other closure and not the odometry "
+            "would tell if it were wrong."
+            for one in self.lone[:_NAMED]
+        ]
 
     def _named(self, edges: Indices, names: ArrayLike | None) -> str:
         ids = np.arange(self.graph.n) if names is None else np.asarray(names)
@@ -225,6 +274,9 @@ class Answer:
     def _share_notes(self) -> list[str]:
         lines, closures = [], int(np.sum(~self.graph.is_odometry))
         low, high = _AS_CLAIMED
+        copies = int(np.sum(originals(self.graph) != np.arange(len(self.kept))))
+        if copies:
+            lines.append(f"{counted(copies, 'edge')} repeat another, and count once with it.")
         if self.noise.min() < low or self.noise.max() > high:
             lines.append(
                 "The noise differs from the claims of the file; weights, thresholds and the "
@@ -239,9 +291,19 @@ class Answer:
         return lines
 
     def _time_notes(self) -> list[str]:
-        if self.stop is StopReason.TIME_LIMIT or self.certificate.stop is Stop.TIME_LIMIT:
+        if self.late:
             return ["The time limit ended the computation: the map is the best one until then."]
         return []
+
+
+def _parts(ids: NDArray[Any], poses: Indices) -> str:
+    """Return "Poses 3 to 7 and 12" for runs of ``poses`` ``(k,)``, the longest first."""
+    runs = np.split(poses, np.flatnonzero(np.diff(poses) > 1) + 1)
+    runs = sorted(runs, key=len, reverse=True)[:2]
+    words = [
+        f"{ids[run[0]]} to {ids[run[-1]]}" if run.size > 1 else f"{ids[run[0]]}" for run in runs
+    ]
+    return "Poses " + " and ".join(words)
 
 
 def _end(proof: Certificate) -> str:

@@ -59,8 +59,6 @@ _TRIMS = 2
 """So many times the closures that fit worst are left out of the chordal map."""
 _WORST = 3.0
 """A closure fits too badly if its residual is so many times the median."""
-_RIVALS = 3
-"""Fewer rejected closures are no rival."""
 _NEAR = 3.0
 """A closure within so many thresholds is near: another descent might keep it."""
 _SOME = 0.02
@@ -114,8 +112,7 @@ class Search:
     """What all candidates have in common.
 
     They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
-    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold,
-    and with ``quick`` there is one candidate alone.
+    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold.
     ``entropy`` is that of ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry
     that are given up. ``tell`` is told each descent, and after the
     ``deadline`` no other begins.
@@ -126,7 +123,6 @@ class Search:
     trusted: Mask
     threshold: float
     learns: bool
-    quick: bool
     tell: Progress
     deadline: Deadline
     entropy: float
@@ -138,10 +134,8 @@ class Search:
         Raises:
             Underdetermined: the trusted edges do not determine the map to working precision.
         """
-        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
-        joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
-        found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
-        if self.quick or self._clear(found[0]):
+        joined, found = self._joined, [self.first()]
+        if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
             if scale < _SCALES[1] and max(one.found.max() for one in found) > _MUCH_LESS:
@@ -161,6 +155,15 @@ class Search:
         if self._lost(max(found, key=evidence_of)) and not joined:
             found.extend(self._tried("PCM, GNC", np.ones(4)))
         return found
+
+    def first(self) -> Candidate:
+        """Return the first candidate.
+
+        Raises:
+            Underdetermined: as ``candidates``.
+        """
+        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
+        return self._settled("PCM, GNC" if self._joined else "DCS", np.ones(4))
 
     def wider(self, best: Candidate) -> Iterator[Candidate]:
         """Yield the map where odometry has more noise, if it is supported about as much.
@@ -194,18 +197,10 @@ class Search:
                 break
         return replace(best, poses=poses, found=expected)
 
-    def rival(self, best: Candidate) -> Candidate | None:
-        """Return the map of the closures that ``best`` rejects, with its noise, if there are any.
-
-        Its arrays are about the edges that are trusted or rejected.
-        """
-        left = self.trusted | ~best.kept
-        if np.sum(left & ~self.trusted) < _RIVALS:
-            return None
-        graph = rescaled(select(self.graph, left), best.found)
-        none = np.zeros(int(left.sum()), dtype=np.bool_)
-        alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False, slips=none)
-        return next(alone._tried("DCS", np.ones(4)), None)
+    @property
+    def _joined(self) -> bool:
+        """Whether closures join sessions."""
+        return bool(np.any(self.trusted & ~self.graph.is_odometry))
 
     @property
     def _count(self) -> int:
@@ -246,7 +241,7 @@ class Search:
 
     def problem(self, graph: PoseGraph) -> PoseGraphProblem:
         """Return the problem of ``graph``, where slips hold parts together and no more."""
-        return Sparing(_loosened(graph, self.slips), self.x0, self.trusted, steps=1)
+        return Sparing(loosened(graph, self.slips), self.x0, self.trusted, steps=1)
 
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
         """Return the best of the rounds of truncated least squares and noise."""
@@ -280,7 +275,7 @@ class Search:
         return best
 
 
-def _loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
+def loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
     """Return ``graph`` with edges in ``slips`` ``(m,)`` that hold its parts together, no more."""
     if not np.any(slips):
         return graph

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Mask
+from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
 from robust_slam.solver.fitted import Fitted, relative_squares
 
@@ -39,7 +40,7 @@ def outlier_entropy(graph: PoseGraph) -> float:
     translation, rotation = graph.translation[closures], graph.rotation[closures]
     steps = np.linalg.norm(graph.translation[graph.is_odometry], axis=1)
     nearby = (_NEARBY * float(np.median(steps)) if steps.size else 1.0) ** 2
-    anything = float(np.log(2 * np.pi if d == 2 else 8 * np.pi**2))
+    anything = _anything(d)
     if len(translation) < _FEW:
         square = translation.T @ translation / max(1, len(translation))
         return gaussian_entropy(square, nearby) + anything
@@ -51,6 +52,17 @@ def outlier_entropy(graph: PoseGraph) -> float:
         turned = np.cov(Rotation.from_matrix(rotation.copy()).as_rotvec().T)
     turn = gaussian_entropy(turned, _TURNED**2)
     return gaussian_entropy(np.cov(translation.T), nearby) + min(anything, turn)
+
+
+def any_entropy(group: Group, poses: Array) -> float:
+    """Return the entropy (nats) of where one of the ``poses`` ``(n, …)`` is seen from another."""
+    spread = 2.0 * np.cov(group.translation(poses).T)
+    return gaussian_entropy(spread, _TINY) + _anything(group.DIMENSION)
+
+
+def _anything(d: int) -> float:
+    """Return the entropy of a uniform rotation."""
+    return float(np.log(2 * np.pi if d == 2 else 8 * np.pi**2))
 
 
 def gaussian_entropy(covariance: Array, added: float) -> float:

@@ -73,6 +73,21 @@ class Fitted:
         assert taken is not None
         return np.eye(d) - taken.reshape(units.shape)[np.arange(edges.size), :, edges]
 
+    def following(self, edges: Indices) -> Array:
+        """Return how far each pose moves with a displacement of ``edges`` ``(k,)``, ``(k, n)``.
+
+        It is the longest move, relative to that of the measurement.
+        """
+        d = self.graph.group.DIMENSION
+        units = np.zeros((edges.size, d, *self.residuals.shape))
+        for axis in range(d):
+            units[np.arange(edges.size), axis, edges] = self.root[edges, :, axis]
+        factors = self._factors(self.graph.information)
+        assert factors is not None
+        moved = factors.solve(self._pulled(units.reshape(-1, *self.residuals.shape)))[:, :d]
+        longest = np.linalg.norm(moved.reshape(self.graph.n, d, -1, d), axis=1).max(axis=2)
+        return np.asarray(longest.T)
+
     def log_determinant(self, information: Array) -> float:
         """Return log det JᵀJ with another ``information`` ``(m, D, D)``, or infinity."""
         factors = self._factors(information)

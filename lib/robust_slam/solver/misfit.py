@@ -30,10 +30,14 @@ _CLOSE = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """What does not fit: a ``step`` of the odometry, or None, and rejected ``closures``."""
+    """What does not fit: a ``step`` of the odometry, or None, and rejected ``closures``.
+
+    By what the others measure, the step is ``off`` by so many m and rad, or NaN.
+    """
 
     step: int | None
     closures: Indices
+    off: tuple[float, float] = (np.nan, np.nan)
 
     def __bool__(self) -> bool:
         return self.step is not None or self.closures.size > 0
@@ -52,26 +56,33 @@ def find_misfit(
     up to the ``threshold``.
     """
     norms = residual_norms(graph, poses) / threshold
-    return Misfit(_slipped(graph, poses, kept, level), _close(norms, ~kept & ~trusted, level))
+    step, off = _slipped(graph, poses, kept, level)
+    return Misfit(step, _close(norms, ~kept & ~trusted, level), off)
 
 
-def _slipped(graph: PoseGraph, poses: Array, kept: Mask, level: float) -> int | None:
-    """Return the step that is off by most beside what noise leaves of it, or None."""
+def _slipped(
+    graph: PoseGraph, poses: Array, kept: Mask, level: float
+) -> tuple[int | None, tuple[float, float]]:
+    """Return the step that is off by most beside what noise leaves of it, and by how much."""
     fit, count = Fitted.of(graph, poses, kept), int(np.sum(kept & graph.is_odometry))
     noise = np.random.default_rng(0).normal(size=(_DRAWS, *fit.residuals.shape))
     whole = np.concatenate([fit.residuals[None], noise])
     taken = fit.taken_up(whole)
     if taken is None or not count:
-        return None
+        return None, NOTHING.off
     left, drawn = (whole - taken)[0], (whole - taken)[1:]
     rough = np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS
     squares = np.where(fit.graph.is_odometry, relative_squares(left, rough), 0.0)
     worst = np.argsort(-squares, kind="stable")[:_WORST]
-    chance = chdtrc(graph.group.DOF, relative_squares(left[worst], fit.left(worst)))
+    spread = fit.left(worst)
+    chance = chdtrc(graph.group.DOF, relative_squares(left[worst], spread))
     first = int(np.argmin(chance))
     if chance[first] * count >= level:
-        return None
-    return int(np.flatnonzero(kept)[worst[first]])
+        return None, NOTHING.off
+    step, d = worst[first], graph.group.DIMENSION
+    error = np.linalg.solve(spread[first] @ fit.root[step], left[step])
+    off = float(np.linalg.norm(error[:d])), float(np.linalg.norm(error[d:]))
+    return int(np.flatnonzero(kept)[step]), off
 
 
 def _close(norms: Array, rejected: Mask, level: float) -> Indices:

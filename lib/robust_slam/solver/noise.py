@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.pose_graph import ROWS, PoseGraph, from_checked
 from robust_slam.solver.fitted import Fitted
 
@@ -26,6 +26,8 @@ _ENOUGH = 20.0
 """With a smaller redundancy a kind of edge takes the factor of its counterpart."""
 _LEAST = 30.0
 """With a smaller redundancy in all, nothing is found."""
+_ROUNDED = 0.3
+"""Two measurements of the same poses are copies if they differ by less of their deviations."""
 SMALLEST = 1e-3
 """No factor is taken to be below this."""
 _NAMES = (
@@ -81,6 +83,28 @@ def rescaled_information(graph: PoseGraph, factors: Array) -> Array:
     each = 1.0 / np.array([factors[2:], factors[:2]])[graph.is_odometry.astype(int)]
     by_entry = each[:, _kinds(graph)]
     return np.asarray(graph.information * by_entry[:, :, None] * by_entry[:, None, :])
+
+
+def originals(graph: PoseGraph) -> Indices:
+    """Return for each edge the one that it repeats, ``(m,)``, itself where it repeats none.
+
+    A copy joins the same poses, either way, and measures the same but for rounding: two
+    measurements of their own would differ by more of their deviations.
+    """
+    group, first = graph.group, np.arange(len(graph.edges))
+    low, high = np.sort(graph.edges, axis=1).T
+    order = np.lexsort((first, ~graph.is_odometry, high, low))
+    again = np.flatnonzero((np.diff(low[order]) == 0) & (np.diff(high[order]) == 0)) + 1
+    ahead = (graph.edges[:, 0] == low).reshape(-1, *(1,) * len(group.POSE_SHAPE))
+    z = np.where(ahead, graph.measurement, graph.inverse_measurement)
+    for k in again:
+        one, before = order[k], order[k - 1]
+        for other in dict.fromkeys((first[before], before)):
+            off = group.log(group.between(z[other], z[one]))
+            if off @ graph.information[other] @ off <= _ROUNDED**2:
+                first[one] = first[other]
+                break
+    return first
 
 
 def find_noise(

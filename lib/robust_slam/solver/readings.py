@@ -17,6 +17,7 @@ import numpy as np
 
 from robust_slam._arrays import Indices, Mask
 from robust_slam.consistency.pairwise import pairwise_consistent
+from robust_slam.graphs.doubts import rolled
 from robust_slam.graphs.pose_graph import PoseGraph, deviations, residual_norms
 from robust_slam.progress import Progress, stages
 from robust_slam.solver import solve
@@ -53,9 +54,10 @@ def better_reading(
     """Return the way to read the answer's graph that rejects the fewest closures, or None.
 
     Tried are rotations in degrees, edges from j to i in place of i to j, all of them, the odometry
-    or the closures, and rotations of the other sense, as of a left-handed frame. None means that
+    or the closures, rotations of the other sense, as of a left-handed frame, and quaternions that
+    begin with w. None means that
     no other reading rejects at most half as many closures, or that the given one rejects hardly
-    any. Each reading in which at least as many neighbouring closures agree takes a quick ``solve``
+    any. Each reading in which at least as many neighbouring closures agree takes a ``solve``
     of at most ``max_seconds`` of CPU time.
 
     >>> from robust_slam import graphs, solve
@@ -72,7 +74,7 @@ def better_reading(
     with stages(progress) as tell:
         for words, graph in _promising(answer.graph, answer.threshold):
             tell(f"the graph is read {words}")
-            other = solve(graph, quick=True, max_seconds=max_seconds)
+            other = solve(graph, max_seconds=max_seconds)
             found.append(Reading(words, graph, other))
     if not found:
         return None
@@ -109,6 +111,8 @@ def _promising(graph: PoseGraph, threshold: float) -> list[tuple[str, PoseGraph]
         if agree(degrees, threshold) > _IN_DEGREES * near.sum():
             return [(_DEGREES, degrees)]
     read = {words: change(graph) for words, change in READINGS.items()}
+    if graph.group.DIMENSION == 3:
+        read[_W_FIRST] = replace(graph, measurement=rolled(graph.measurement, -1))
     for gamma in (threshold, 10.0 * threshold):
         counts = {words: agree(other, gamma) for words, other in read.items()}
         own = agree(graph, gamma)
@@ -149,6 +153,7 @@ def _from_degrees(graph: PoseGraph) -> PoseGraph:
 
 
 _DEGREES = "with rotations and their information in degrees"
+_W_FIRST = "with quaternions that begin with w"
 READINGS: dict[str, Callable[[PoseGraph], PoseGraph]] = {
     "with i and j swapped in all edges": lambda g: _swapped(g, np.ones_like(g.is_odometry)),
     "with i and j swapped in the loop closures": lambda g: _swapped(g, ~g.is_odometry),

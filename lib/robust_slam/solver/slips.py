@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.consistency.bridges import find_bridges
-from robust_slam.consistency.pairwise import pairwise_consistent, pcm
+from robust_slam.consistency.pairwise import pcm
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators import kernels
 from robust_slam.estimators.reweighting import irls
@@ -30,26 +30,26 @@ from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     connected_parts,
-    relative_poses,
     select,
     unreached,
 )
 from robust_slam.solver.candidates import TOL, Candidate, Search
 from robust_slam.solver.noise import rescaled
+from robust_slam.solver.rivals import APART, apart, places
 
 _MOST = 8
 """No more slips are looked for: the odometry is then of another kind."""
 _NEIGHBOURS = 5
 _UNLIKE, _USUAL = 3.0, 0.9
 """A step is unlike others if it is so many times as far from them as this share of the steps."""
+_STRAYED = 3.0
+"""A step leads astray if it is so many times as long as this share of the steps."""
 _PRICES = {True: 4.0, False: 12.0}
 """What a slip must add to the evidence (nats), where the step is unlike others and where not."""
 _PLACES = {True: 2, False: 3}
 """Closures must cross a slip at so many places: those of one place may be one mistake."""
 _TIED = 1.0
 """Of maps whose evidence is so close, the one of the step that is most unlike others is taken."""
-_APART = 4
-"""Two closures are beside each other if both their ends are at most so many poses apart."""
 _TRIED = 3
 """So many groups of closures, and so many unlike steps, are tried for each slip."""
 _LARGEST = 20_000_000
@@ -98,12 +98,7 @@ class _Drive:
 
     def places(self, edges: Indices) -> int:
         """Return at how many places the ``edges`` ``(k, 2)`` are."""
-        if len(edges) == 0:
-            return 0
-        # A run of closures, each beside the next, is one place however long it is.
-        ends = np.sort(self.number[edges], axis=1)
-        beside = KDTree(ends).query_pairs(_APART, p=np.inf, output_type="ndarray")
-        return int(connected_parts(len(ends), beside).max()) + 1
+        return len(places(np.sort(self.number[edges], axis=1)))
 
 
 def _unlike(graph: PoseGraph, edge: Indices) -> Array:
@@ -120,6 +115,23 @@ def _unlike(graph: PoseGraph, edge: Indices) -> Array:
     far = np.asarray(distances, dtype=np.float64)[:, -1]
     usual = _UNLIKE * float(np.quantile(far, _USUAL))
     return np.asarray(far / usual) if usual > 0.0 else np.zeros(edge.size)
+
+
+def strayed(search: Search) -> int | None:
+    """Return the first of two long steps, close to each other, that lead there and back, or None.
+
+    A tracker that was lost for a few poses leaves where it was, and comes back.
+    """
+    graph = search.graph
+    steps = np.flatnonzero(graph.is_odometry & ~search.slips)
+    length = np.linalg.norm(graph.translation[steps], axis=1)
+    far = length > _STRAYED * np.quantile(length, _USUAL) if length.size else length > 0.0
+    long, length = steps[far], length[far]
+    before, after = graph.edges[long[:-1], 0], graph.edges[long[1:], 1]
+    place = graph.group.translation(search.x0)
+    net = np.linalg.norm(place[after] - place[before], axis=1)
+    found = (after - before <= APART + 1) & (2.0 * net < np.minimum(length[:-1], length[1:]))
+    return int(long[np.argmax(found)]) if np.any(found) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +288,7 @@ def _groups(
     touched = np.any([crossing.any(axis=0) for *_, crossing in cuts], axis=0)
     if touched.sum() < min(_PLACES.values()):
         return []
-    agree = _agreeing(search, best, left[touched])
+    agree = apart(search, best, left[touched]) <= search.threshold
     found = []
     for flipped, chosen, lost, crossing in cuts:
         for rows in _alike(crossing):
@@ -324,20 +336,6 @@ def _crossing(
     return np.asarray(i != j)
 
 
-def _agreeing(search: Search, best: Candidate, closures: Indices) -> Mask:
-    """Return which pairs of ``closures`` ``(k,)`` agree on a displacement of the map, ``(k, k)``.
-
-    The map takes the place of the odometry between them.
-    """
-    precise = rescaled(search.graph, best.found)
-    measurement = precise.measurement.copy()
-    steps = precise.is_odometry
-    measurement[steps] = relative_poses(precise, best.poses)[steps]
-    chosen = np.zeros(steps.size, dtype=np.bool_)
-    chosen[closures] = True
-    return pairwise_consistent(replace(precise, measurement=measurement), search.threshold, chosen)
-
-
 def _moved(graph: PoseGraph, poses: Array, inside: Mask, closure: int) -> Array:
     """Return ``poses`` with those ``inside`` ``(n,)`` moved so that the ``closure`` fits."""
     group = graph.group
@@ -369,7 +367,7 @@ def _apart(drive: _Drive, search: Search, best: Candidate) -> tuple[Search, Cand
     parts = replace(rescaled(graph, best.found), is_odometry=graph.is_odometry & ~slips)
     split = select(parts, ~slips)
     consistency = pcm(split, search.threshold, max_seconds=search.deadline.left)
-    bridges = np.flatnonzero(~slips)[find_bridges(split, consistency).edges]
+    bridges = np.flatnonzero(~slips)[find_bridges(split, consistency.kept).edges]
     tree = search.trusted & ~slips
     tree[bridges] = True
     if unreached(graph, tree).size:

@@ -9,7 +9,8 @@ Source: MacKay 2003, chapter 28, for the comparison by evidence; the rival is de
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -20,6 +21,8 @@ from robust_slam.solver.candidates import Candidate, Search
 from robust_slam.solver.evidence import gains
 from robust_slam.solver.misfit import NOTHING, Misfit, find_misfit
 from robust_slam.solver.noise import rescaled
+from robust_slam.solver.rivals import Contest, Lone, comparable, lone_places
+from robust_slam.solver.slips import strayed
 
 
 class Support(Enum):
@@ -37,11 +40,6 @@ class Support(Enum):
     WEAK = "weak"
 
 
-_COMPARABLE = 0.2
-"""A rival is comparable if its evidence is at least this share of the map's.
-
-In the 400 worlds of the benchmark rivals of good maps have at most 0.19 of it.
-"""
 _DECISIVE = 30.0
 """So much evidence (nats) is enough, although many sets of closures were tried."""
 
@@ -60,30 +58,35 @@ class Judgement:
     support: Support
     rival: Mask | None = None
     misfit: Misfit = NOTHING
+    lone: tuple[Lone, ...] = ()
 
 
-def judge_support(search: Search, best: Candidate, level: float = _LEVEL) -> Judgement:
-    """Return the support of the map ``best`` of a ``search``, which is refined.
-
-    What chance explains with less than the probability ``level`` is a misfit.
-    """
+def judge_support(search: Search, best: Candidate, contests: Sequence[Contest]) -> Judgement:
+    """Return the support of the map ``best`` of a ``search``, which is refined."""
     if np.any(search.slips) or not np.any(best.kept & ~search.trusted):
         return Judgement(Support.WEAK)
     if best.evidence < _DECISIVE and not _borne_out(search, best):
         return Judgement(Support.WEAK)
-    rival = search.rival(best)
-    if rival is not None and rival.evidence >= _COMPARABLE * best.evidence:
-        kept = np.zeros(best.kept.size, dtype=np.bool_)
-        kept[search.trusted | ~best.kept] = rival.kept
-        return Judgement(Support.AMBIGUOUS, kept)
+    rivals = comparable(contests)
+    if rivals:
+        return Judgement(Support.AMBIGUOUS, rivals[0].kept)
     if search.deadline.passed:
         return Judgement(Support.WEAK)
+    misfit, lone = misfit_of(search, best), lone_places(search, best)
+    weak = bool(misfit) or bool(lone)
+    return Judgement(Support.WEAK if weak else Support.UNIQUE, misfit=misfit, lone=lone)
+
+
+def misfit_of(search: Search, best: Candidate, level: float = _LEVEL) -> Misfit:
+    """Return what chance explains with less than the probability ``level`` in a refined map."""
+    astray = strayed(search)
+    if astray is not None:
+        return replace(NOTHING, step=astray)
     if search.learns and np.all(best.found == 1.0):
         # Noise that was not found explains nothing, and is no reason for doubt.
-        return Judgement(Support.UNIQUE)
+        return NOTHING
     precise = rescaled(search.graph, best.found)
-    misfit = find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold, level)
-    return Judgement(Support.WEAK if misfit else Support.UNIQUE, misfit=misfit)
+    return find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold, level)
 
 
 def _borne_out(search: Search, best: Candidate) -> bool:

@@ -1,7 +1,5 @@
 """Workflow files as a runner reads them: their steps, run in a fresh clone, home and venv."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

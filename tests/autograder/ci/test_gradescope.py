@@ -1,7 +1,5 @@
 """The archive for Gradescope: unpacked, set up, run, and its results read as documented."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -9,7 +7,7 @@ import subprocess
 import sysconfig
 import tempfile
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -60,7 +58,7 @@ def double(x):
 
 
 @pytest.fixture(scope="module")
-def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def archive(tmp_path_factory):
     """The toy's archive, from a course that carries the grader."""
     root = tmp_path_factory.mktemp("course")
     tree = world.make(root)
@@ -87,7 +85,7 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def container(archive: Path, request: pytest.FixtureRequest) -> Path:
+def container(archive, request):
     """``/autograder`` when the image is built; in ``make soak`` it installs from the network."""
     offline = not depth.is_soak(request.config)
     # Not among pytest's own folders, which other users may not enter.
@@ -120,11 +118,8 @@ def container(archive: Path, request: pytest.FixtureRequest) -> Path:
     return root
 
 
-Submit = Callable[..., dict[str, Any]]
-
-
 @pytest.fixture
-def submit(container: Path) -> Submit:
+def submit(container):
     """Hand in a notebook, and give what Gradescope then reads."""
 
     def run(value: dict[str, Any], *, before: Sequence[str] = ()) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """``autograder init-ci``: every target in a clean folder, nothing replaced unasked."""
 
-from __future__ import annotations
-
 import re
 import stat
 import subprocess
@@ -22,7 +20,7 @@ pytestmark = pytest.mark.rest
 
 
 @pytest.fixture
-def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def course(tmp_path, monkeypatch):
     """A course with a public repository; the commands run in it."""
     root = tmp_path / "course"
     world.make(root, world.URL)

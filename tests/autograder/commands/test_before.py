@@ -1,7 +1,5 @@
 """A class that began with an older version: its results, its gradebook and its release count."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import sqlite3
@@ -13,7 +11,6 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 from tests.autograder.nbgrader import course as course_of
 
 BEFORE = Path(__file__).parents[1] / "grading" / "first_schema.json"
@@ -22,7 +19,7 @@ CLOSE = "def close(got, want):\n    assert np.allclose(got, want), 'they differ'
 
 
 @pytest.fixture
-def old(course: Path) -> Path:
+def old(course):
     """The course with results and a journal of before."""
     out = course / "out"
     for value in json.loads(BEFORE.read_text("utf-8")):
@@ -58,7 +55,7 @@ def test_a_gradebook_of_before_goes_on(old, autograder):
     assert toy.result(old / "out", "ada")["schema"] == results.SCHEMA
 
 
-def test_a_notebook_of_an_older_release_is_graded_and_checked(course, autograder: Run):
+def test_a_notebook_of_an_older_release_is_graded_and_checked(course, autograder):
     """Its set-up cell lacks what the tests of now call."""
     by_hand = toy.test_cell("close(double(3), 6)\n", "double-by-hand", 4)["source"]
     value = toy.source_notebook(setup=toy.SETUP + CLOSE, double_by_hand=by_hand)

@@ -1,7 +1,5 @@
 """The command line: what a path means, exit statuses, and messages that name the remedy."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -16,7 +14,6 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 
 RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
 WRONG = "def double(x):\n    return x\n"
@@ -24,13 +21,12 @@ ADA = f"submitted/ada/{toy.NAME}"
 
 
 @pytest.fixture(autouse=True)
-def in_the_course(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def in_the_course(course, monkeypatch):
     monkeypatch.chdir(course)
 
 
 @pytest.fixture
-def grade(autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Grade paths without a gradebook."""
+def grade(autograder, monkeypatch):
     monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     where = ("--out", "out", *toy.quickly(), "--seed", 1)
     return lambda *arguments: autograder("grade", *where, *arguments)
@@ -167,7 +163,7 @@ class TestSummaries:
     """``grade --json``, ``--markdown`` and ``--no-names``."""
 
     @pytest.fixture
-    def both(self, grade: Run) -> Run:
+    def both(self, grade):
         """Grade two submissions, of which one is refused."""
         Path("grace.ipynb").write_text("{")
         return lambda *arguments: grade(ADA, "grace.ipynb", *arguments)
@@ -227,7 +223,7 @@ def test_the_gradebook_follows_a_result_that_came_out_otherwise(course, autograd
 
 class TestCheck:
     @pytest.fixture
-    def check(self, autograder: Run) -> Run:
+    def check(self, autograder):
         """Check a notebook of these cells, under the assignment's name."""
 
         def run(value: dict[str, object], *arguments: object) -> tuple[int, str, str]:

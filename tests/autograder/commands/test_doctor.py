@@ -1,7 +1,5 @@
 """What ``autograder doctor`` says of a machine."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Each rule of `autograder lint` finds what it is for, and leaves its near miss alone."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tomllib
@@ -15,7 +13,6 @@ from robust_slam_autograder import lint as lint_module
 from robust_slam_autograder.lint import RULES, Finding
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 
 CELL = "double-random"
 SAID = '"say why"'
@@ -28,7 +25,7 @@ def hidden(*lines: str) -> str:
 
 
 @pytest.fixture
-def lint(tmp_path: Path) -> Any:
+def lint(tmp_path):
     def run(value: dict[str, Any], config: str = "", answers: Path | None = None) -> list[Finding]:
         tree = toy.make_tree(tmp_path, config, value)
         if not config:
@@ -289,7 +286,7 @@ ONE = hidden("v = rng.uniform()", "assert double(v) == v + v")
 
 
 @pytest.fixture
-def run(tmp_path: Path, autograder: Run) -> Run:
+def run(tmp_path, autograder):
     """Run ``autograder lint`` on a tree with this case beside one that has nothing wrong."""
 
     def command(source: str, *arguments: object) -> tuple[int, str, str]:

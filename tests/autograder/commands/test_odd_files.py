@@ -1,7 +1,5 @@
 """One student's odd file costs no other student a mark, and is named harmlessly."""
 
-from __future__ import annotations
-
 import glob
 import os
 import shutil
@@ -19,7 +17,6 @@ from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import recording
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 
 OTHER = "08-other"
 NAMES = (toy.NAME, OTHER)
@@ -64,7 +61,7 @@ PLACES = ("alice.ipynb", f"{toy.NAME}.ipynb", "notes", ".DS_Store", "__MACOSX", 
 
 
 @pytest.fixture
-def run(course: Path, autograder: Run) -> Run:
+def run(course, autograder):
     return lambda name, *arguments: autograder(name, *arguments, "--out", course / "out")
 
 

@@ -1,7 +1,5 @@
 """``autograder report``: from results to pages, without names on demand."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import replace
@@ -12,7 +10,6 @@ import pytest
 from robust_slam_autograder.grading import results
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 from tests.autograder.reports import samples
 from tests.autograder.reports.pages import Skeleton
 
@@ -21,7 +18,7 @@ OTHER = "08-other"
 
 
 @pytest.fixture
-def graded(tmp_path: Path) -> Path:
+def graded(tmp_path):
     """A folder with the results of three students in two assignments."""
     out = tmp_path / "graded"
     for student in STUDENTS:
@@ -33,7 +30,7 @@ def graded(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def run(tmp_path: Path, autograder: Run) -> Run:
+def run(tmp_path, autograder):
     places = {"out": "graded", "to": "report", "feedback": "feedback"}
     where = [word for name, at in places.items() for word in (f"--{name}", tmp_path / at)]
     return lambda *arguments: autograder("report", *where, *arguments)

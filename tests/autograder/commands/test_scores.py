@@ -1,12 +1,9 @@
 """``autograder scores``: a class's table, whatever students hand in."""
 
-from __future__ import annotations
-
 import csv
 import os
 import shlex
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -22,7 +19,7 @@ HANDED_IN = {"ada": "10:1\n", "ben": "9:25", "eve": "9:25; rm", "dan": "bad", "c
 
 
 @pytest.fixture
-def game(tmp_path: Path) -> str:
+def game(tmp_path):
     """A command that replays scores, which are two numbers."""
     (tmp_path / "game.py").write_text(GAME)
     return shlex.join([sys.executable, str(tmp_path / "game.py")])

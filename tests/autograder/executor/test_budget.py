@@ -1,7 +1,5 @@
 """Limits count work and not waiting; what only waits is ended late, by the clock."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,13 +34,13 @@ class Clocks:
 
 
 @pytest.fixture
-def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
+def clocks(monkeypatch):
     found = Clocks()
     monkeypatch.setattr(budget, "time", found)
     return found
 
 
-def test_waiting_for_the_machine_uses_up_no_limit(clocks: Clocks) -> None:
+def test_waiting_for_the_machine_uses_up_no_limit(clocks):
     deadline = Meter().start(2.0)
     clocks.wall += 2.0 * WALL_FACTOR - 1
     assert deadline.left() == 1.0
@@ -50,7 +48,7 @@ def test_waiting_for_the_machine_uses_up_no_limit(clocks: Clocks) -> None:
     assert deadline.left() <= 0
 
 
-def test_work_on_either_side_uses_up_a_limit(clocks: Clocks) -> None:
+def test_work_on_either_side_uses_up_a_limit(clocks):
     meter = Meter()
     meter.follow(lambda: clocks.student)  # what it used before is not counted
     deadline = meter.start(2.0)
@@ -61,7 +59,7 @@ def test_work_on_either_side_uses_up_a_limit(clocks: Clocks) -> None:
     assert deadline.left() == 0.0
 
 
-def test_what_an_ended_process_used_stays_used(clocks: Clocks) -> None:
+def test_what_an_ended_process_used_stays_used(clocks):
     meter = Meter()
     deadline = meter.start(2.0)
     meter.follow(lambda: clocks.student)
@@ -73,7 +71,7 @@ def test_what_an_ended_process_used_stays_used(clocks: Clocks) -> None:
     assert deadline.left() == 0.5
 
 
-def test_the_soonest_of_several_limits_counts(clocks: Clocks) -> None:
+def test_the_soonest_of_several_limits_counts(clocks):
     meter = Meter()
     total = meter.start(10.0)
     clocks.own += 9.0
@@ -97,9 +95,7 @@ SHORT = Limits(call_seconds=0.1, cell_seconds=20, notebook_seconds=20)
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize("back_end", ["none", *kernel.usable()])
-def test_each_back_end_counts_work_and_no_sleep(
-    back_end: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_back_end_counts_work_and_no_sleep(back_end, monkeypatch):
     monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)
     wall = Unsandboxed() if back_end == "none" else working(back_end)
     with started(CODE, names=NAMES, limits=SHORT, wall=wall) as session:
@@ -122,9 +118,7 @@ def f(rho):
 """
 
 
-def test_the_calls_that_statements_name_are_within_their_limits(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_calls_that_statements_name_are_within_their_limits(monkeypatch):
     monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)  # the tests beside it may take long
     first, other = (
         assignment.load_config(ROOT / "solutions" / name / assignment.CONFIG_NAME).limits

@@ -1,11 +1,8 @@
 """A callable that a test hands over runs with arguments that its author provided for."""
 
-from __future__ import annotations
-
 import functools
 import math
 import operator
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -64,9 +61,7 @@ class Kernel:
         (Kernel(), (1.0,), {"c": 1}),
     ],
 )
-def test_what_the_author_did_not_provide_for_is_refused(
-    function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]
-) -> None:
+def test_what_the_author_did_not_provide_for_is_refused(function, args, kwargs):
     with pytest.raises(TypeError):
         handed_over.check(function, args, kwargs)
 
@@ -90,9 +85,7 @@ def test_what_the_author_did_not_provide_for_is_refused(
         (np.vectorize(math.sin), (np.ones(3),), {}),
     ],
 )
-def test_a_plain_call_is_made(
-    function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]
-) -> None:
+def test_a_plain_call_is_made(function, args, kwargs):
     handed_over.check(function, args, kwargs)
     function(*args, **kwargs)
 
@@ -111,7 +104,7 @@ def f(add):
 """
 
 
-def test_a_session_makes_no_other_call() -> None:
+def test_a_session_makes_no_other_call():
     with started(STUDENT) as session:
         said = session.bindings()["f"](np.add)
     assert said == [
@@ -122,10 +115,10 @@ def test_a_session_makes_no_other_call() -> None:
 
 
 @pytest.mark.parametrize("kind", "beQF")
-def test_numbers_count_as_large_as_they_are_widened(kind: str) -> None:
+def test_numbers_count_as_large_as_they_are_widened(kind):
     """An answer of a byte a number would take eight times its message in memory."""
     size = 16 if kind == "F" else 8
     fits, large = (np.zeros(wire.MAX_MESSAGE // size // 2 + n, kind) for n in (-100, 101))
-    assert len(wire.decode(wire.encode([fits] * 2, int), int, widen=True)) == 2  # type: ignore[arg-type]
+    assert len(wire.decode(wire.encode([fits] * 2, int), int, widen=True)) == 2
     with pytest.raises(wire.WireError, match=r"double precision|is larger"):
-        wire.encode([fits, large], int)  # type: ignore[arg-type]
+        wire.encode([fits, large], int)

@@ -1,7 +1,5 @@
 """What student code has the trusted side hold is bounded, and costs the student alone."""
 
-from __future__ import annotations
-
 import functools
 
 import pytest
@@ -57,7 +55,7 @@ def hold(count: int) -> bool:
         return len(bytearray(memory.KEPT_BACK_BYTES // 2)) == 0
 
 
-def test_tests_have_their_share_and_the_grader_keeps_its_own() -> None:
+def test_tests_have_their_share_and_the_grader_keeps_its_own():
     sizes = [memory.HELD_BYTES // 2, memory.HELD_BYTES + memory.KEPT_BACK_BYTES]
     answers = trusted.run_each(sizes, hold, at_once=1, seconds=lambda task: 60)
     assert [answer for _, answer in answers] == [True, False]

@@ -1,15 +1,11 @@
 """A session survives whatever student code does, one fault at a time."""
 
-from __future__ import annotations
-
 import contextlib
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor.session import (
-    Session,
     SessionFault,
     StudentError,
     student_error,
@@ -22,11 +18,10 @@ from tests.autograder.killing import wait_for
 from tests.autograder.sessions import started
 
 QUICK = Limits(call_seconds=0.3, cell_seconds=10, notebook_seconds=20)
-Begin = Callable[..., Session]
 
 
 @pytest.fixture
-def begin() -> Iterator[Begin]:
+def begin():
     """Begins sessions whose cells define f, g, make and value."""
     names = ("f", "g", "make", "value")
     with contextlib.ExitStack() as stack:
@@ -41,12 +36,12 @@ def fault_of(call: Callable[[], object]) -> str:
     return caught.value.kind
 
 
-def test_only_names_that_tests_ask_for_are_bound(begin: Begin) -> None:
+def test_only_names_that_tests_ask_for_are_bound(begin):
     text = "np = rng = isinstance = len = 0\ndef AssertionError(): pass\nf = 1\n"
     assert begin(text).bindings() == {"f": 1}
 
 
-def test_a_function_that_a_function_returned_has_the_same_deadline(begin: Begin) -> None:
+def test_a_function_that_a_function_returned_has_the_same_deadline(begin):
     text = "import time\ndef make(k): return lambda x: time.sleep(x) or k * x\ndef g(): return 1\n"
     session = begin(text)
     names = session.bindings()
@@ -60,14 +55,14 @@ def test_a_function_that_a_function_returned_has_the_same_deadline(begin: Begin)
     assert names["g"]() == 1 and session.fault is None
 
 
-def test_an_error_of_a_returned_function_is_caught_by_its_class(begin: Begin) -> None:
+def test_an_error_of_a_returned_function_is_caught_by_its_class(begin):
     text = "def make():\n    def inner(): raise KeyError('k')\n    return inner\n"
     inner = begin(text).bindings()["make"]()
     with pytest.raises(KeyError, match="k"):
         inner()
 
 
-def test_after_a_fault_every_call_fails_until_the_next_cell(begin: Begin) -> None:
+def test_after_a_fault_every_call_fails_until_the_next_cell(begin):
     session = begin("import os\ndef f(): os._exit(0)\ndef g(): return 1\n")
     names = session.bindings()
     assert [fault_of(names[name]) for name in ("f", "g")] == ["died", "died"]
@@ -76,16 +71,14 @@ def test_after_a_fault_every_call_fails_until_the_next_cell(begin: Begin) -> Non
     assert session.fault is None and names["g"]() == 1
 
 
-def test_a_forked_child_stays_out_of_the_conversation(begin: Begin) -> None:
+def test_a_forked_child_stays_out_of_the_conversation(begin):
     text = "import os\ndef f():\n    os.fork()\n    return 1\ndef g(): return 2\n"
     names = begin(text).bindings()
     assert [names["f"]() for _ in range(5)] == [1] * 5
     assert [names["g"]() for _ in range(20)] == [2] * 20
 
 
-def test_a_process_that_talks_by_itself_is_replaced_for_the_next_cell(
-    begin: Begin, tmp_path: Path
-) -> None:
+def test_a_process_that_talks_by_itself_is_replaced_for_the_next_cell(begin, tmp_path):
     text = f"""
 import gc, os, threading
 (channel,) = [o for o in gc.get_objects() if type(o).__name__ == "Channel"]
@@ -103,13 +96,13 @@ def g(): return 2
     assert names["g"]() == 2
 
 
-def test_a_fault_inside_a_callback_keeps_its_kind(begin: Begin) -> None:
+def test_a_fault_inside_a_callback_keeps_its_kind(begin):
     names = begin("def f(h): return h()\ndef g():\n    while True: pass\n").bindings()
     assert fault_of(lambda: names["f"](names["g"])) == "timeout"
 
 
 @pytest.mark.parametrize("end", ["while True: pass", "import os; os._exit(0)"])
-def test_a_cell_that_hangs_or_dies_costs_its_own_names(begin: Begin, end: str) -> None:
+def test_a_cell_that_hangs_or_dies_costs_its_own_names(begin, end):
     limits = Limits(call_seconds=5, cell_seconds=1, notebook_seconds=20)
     session = begin("def f(): return 1\n", end, "def g(): return 2\n", limits=limits)
     names = session.bindings()
@@ -118,7 +111,7 @@ def test_a_cell_that_hangs_or_dies_costs_its_own_names(begin: Begin, end: str) -
     assert session.skip == {1}
 
 
-def test_a_cell_with_an_error_keeps_what_it_defined_before(begin: Begin) -> None:
+def test_a_cell_with_an_error_keeps_what_it_defined_before(begin):
     session = begin("def f(): return 1\n1 / 0\ndef g(): pass\n", "def make(:\n")
     assert set(session.bindings()) == {"f"}
     first, second = session.errors["cell 0"], session.errors["cell 1"]
@@ -126,7 +119,7 @@ def test_a_cell_with_an_error_keeps_what_it_defined_before(begin: Begin) -> None
     assert isinstance(second, SyntaxError) and second.line == 1
 
 
-def test_cells_may_await_as_in_a_notebook(begin: Begin) -> None:
+def test_cells_may_await_as_in_a_notebook(begin):
     """A task of one cell is awaited in another: they share an event loop."""
     first = "import asyncio\ntask = asyncio.ensure_future(asyncio.sleep(0, result=2))\n"
     start = "async def later(x):\n    await asyncio.sleep(0)\n    return task if x else 1\n"
@@ -136,33 +129,33 @@ def test_cells_may_await_as_in_a_notebook(begin: Begin) -> None:
     assert session.bindings()["value"] == 3 and session.bindings()["f"]() == 3
 
 
-def test_set_up_that_uses_what_the_student_is_to_write_is_passed_over(begin: Begin) -> None:
+def test_set_up_that_uses_what_the_student_is_to_write_is_passed_over(begin):
     assert begin("f = 1", setup=("print(f)", "x = 1")).bindings() == {"f": 1}
 
 
-def test_set_up_that_fails_by_itself_is_a_failure_of_the_grader(begin: Begin) -> None:
+def test_set_up_that_fails_by_itself_is_a_failure_of_the_grader(begin):
     with pytest.raises(GraderFailure, match="set-up 0, fails: no such thing"):
         begin("f = 1\n", setup=("raise ValueError('no such thing')",))
 
 
-def test_set_up_that_student_code_spoils_is_a_death(begin: Begin) -> None:
+def test_set_up_that_student_code_spoils_is_a_death(begin):
     """It stands for one that fails because reading the student's cells took all memory."""
     spoilt = "import linecache\nassert 'eno' + 'ugh' not in str(linecache.cache), 'no memory'\n"
     assert fault_of(lambda: begin("enough = 1\n", setup=(spoilt,))) == "died"
 
 
-def test_a_cell_that_cannot_be_sent_is_a_cell_that_cannot_be_read(begin: Begin) -> None:
+def test_a_cell_that_cannot_be_sent_is_a_cell_that_cannot_be_read(begin):
     error = begin("f = '\ud800'\n", "f = 2\n").errors["cell 0"]
     assert isinstance(error, StudentError) and "cannot be read" in str(error)
 
 
-def test_time_that_is_used_up_is_the_students_fault(begin: Begin) -> None:
+def test_time_that_is_used_up_is_the_students_fault(begin):
     limits = Limits(call_seconds=5, cell_seconds=5, notebook_seconds=0.2)
     sleeps = "import time\ntime.sleep(5)"
     assert fault_of(lambda: begin(sleeps, setup=("x = 1",), limits=limits)) == "timeout"
 
 
-def test_nothing_that_a_student_raises_empties_a_loop(begin: Begin) -> None:
+def test_nothing_that_a_student_raises_empties_a_loop(begin):
     names = begin("def f(x): raise StopIteration\n").bindings()
     with pytest.raises(StudentError):
         list(map(names["f"], [1, 2]))
@@ -185,9 +178,7 @@ def test_nothing_that_a_student_raises_empties_a_loop(begin: Begin) -> None:
         ([], StudentError),
     ],
 )
-def test_an_error_is_an_exception_whatever_it_says_it_is(
-    types: list[str], caught_by: type[Exception]
-) -> None:
+def test_an_error_is_an_exception_whatever_it_says_it_is(types, caught_by):
     error = student_error(RaisedThere({"types": types, "message": "m", "line": 3}))
     assert isinstance(error, caught_by) and isinstance(error, StudentError)
     assert not isinstance(error, StopIteration | StopAsyncIteration)

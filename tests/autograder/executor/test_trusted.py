@@ -1,7 +1,5 @@
 """Each task in a fresh process, none of which outlives the batch or prints what C prints."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -41,7 +39,7 @@ def start(folder: Path, *tasks: str) -> subprocess.Popen[str]:
         "sum(range(10**13))",
     ],
 )
-def test_a_killed_batch_takes_its_processes_and_its_folder_with_it(task: str) -> None:
+def test_a_killed_batch_takes_its_processes_and_its_folder_with_it(task):
     with tempfile.TemporaryDirectory(prefix="t") as name:
         batch = start(Path(name), task, task)
         family = psutil.Process(batch.pid)
@@ -50,14 +48,14 @@ def test_a_killed_batch_takes_its_processes_and_its_folder_with_it(task: str) ->
         wait_until_empty(Path(name))
 
 
-def test_a_module_that_fails_is_left_to_those_that_want_it() -> None:
+def test_a_module_that_fails_is_left_to_those_that_want_it():
     with tempfile.TemporaryDirectory(prefix="t") as name:
         Path(name, "faulty.py").write_text("raise RuntimeError\n")
         said, complaint = start(Path(name), "1 + 1").communicate(timeout=120)
         assert said == "2\n", complaint
 
 
-def test_what_is_wanted_is_imported_once() -> None:
+def test_what_is_wanted_is_imported_once():
     with tempfile.TemporaryDirectory(prefix="t") as name:
         Path(name, "wave.py").write_text("open(__file__ + '.log', 'a').write('imported\\n')\n")
         tasks = ["__import__('sys').modules['wave'].__name__"] * 3
@@ -66,7 +64,7 @@ def test_what_is_wanted_is_imported_once() -> None:
         assert Path(name, "wave.py.log").read_text() == "imported\n"
 
 
-def test_tasks_are_taken_when_their_turn_comes() -> None:
+def test_tasks_are_taken_when_their_turn_comes():
     taken = []
 
     def tasks() -> Any:
@@ -78,6 +76,6 @@ def test_tasks_are_taken_when_their_turn_comes() -> None:
         assert answer == float(done) and taken[-1] == int(done)
 
 
-def test_what_c_prints_in_the_child_reaches_nobody(capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_c_prints_in_the_child_reaches_nobody(capfd):
     assert list(guarded(lambda: iter([os.write(1, b"LAPACK") + os.write(2, b"LAPACK")]))) == [12]
     assert capfd.readouterr() == ("", "")

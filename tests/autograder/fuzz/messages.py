@@ -1,7 +1,5 @@
 """Messages written by hand: lengths that lie, extensions in each other, shapes that overflow."""
 
-from __future__ import annotations
-
 import struct
 
 import msgpack
@@ -24,7 +22,6 @@ CLAIMS = st.just(0) | st.sampled_from([-1, 1, 2, 15, 255, 65_535, 2**20, 2**31, 
 
 
 def extension(code: int, body: bytes) -> bytes:
-    """An extension of this code."""
     return struct.pack(">BIb", 0xC9, len(body), code) + body
 
 

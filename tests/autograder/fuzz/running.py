@@ -1,7 +1,5 @@
 """Runs a property on many inputs, and ends one that hangs; damages bytes."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import signal

@@ -1,8 +1,5 @@
 """Whatever the other side writes into the pipe, a call ends with a value or a known error."""
 
-from __future__ import annotations
-
-import builtins
 import contextlib
 import os
 import struct
@@ -13,7 +10,6 @@ import msgpack
 import pytest
 from hypothesis import strategies as st
 from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter
-from robust_slam_autograder.executor.session import StudentError, student_error
 from robust_slam_autograder.protocol import wire
 from robust_slam_autograder.protocol.channel import (
     Channel,
@@ -132,30 +128,12 @@ def converse(data: bytes, ends: bool) -> None:
 
 
 @fuzzed(200, STREAMS, st.booleans())
-def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data: bytes, ends: bool) -> None:
+def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data, ends):
     """Two conversations on each of 200 streams, which take long to draw."""
     converse(data, ends)
 
 
 @fuzzed(60, VALID, SEEDS)
-def test_a_damaged_conversation_ends(valid: bytes, seed: int) -> None:
+def test_a_damaged_conversation_ends(valid, seed):
     for data in variants(valid, TOKENS, seed):
         converse(data[:MOST], ends=True)
-
-
-@fuzzed(100, TOLD | SMALL.map(lambda value: {"types": value, "message": value}))
-def test_an_error_of_any_shape_is_told_in_few_words(told: dict[str, object]) -> None:
-    error = RaisedThere(told)
-    assert len(error.types) <= 20 and len(str(error)) <= 1000
-    assert all(type(name) is str and len(name) <= 1000 for name in error.types)
-    assert error.line is None or type(error.line) is int
-
-
-CLASSES = st.sampled_from(dir(builtins)) | st.text(max_size=5)
-
-
-@fuzzed(200, st.fixed_dictionaries({"types": st.lists(CLASSES, max_size=4), "message": st.text()}))
-def test_an_error_of_any_class_becomes_one_that_a_test_can_catch(told: dict[str, Any]) -> None:
-    error = student_error(RaisedThere(told))
-    assert isinstance(error, StudentError) and str(error) == told["message"]
-    assert type(error).__name__.isidentifier()

@@ -1,7 +1,5 @@
 """Whatever bytes arrive, the decoder gives plain data or a WireError, at a bounded cost."""
 
-from __future__ import annotations
-
 import struct
 from typing import Any
 
@@ -33,12 +31,12 @@ def read(data: bytes) -> Any:
 
 
 @fuzzed(300, PLAIN)
-def test_plain_data_cross_bit_by_bit(value: object) -> None:
+def test_plain_data_cross_bit_by_bit(value):
     assert same(value, decoded(wire.encode(value, export)))
 
 
 @fuzzed(100, nested(PLAIN | STRANGE))
-def test_what_is_not_plain_is_refused_in_a_sentence(value: object) -> None:
+def test_what_is_not_plain_is_refused_in_a_sentence(value):
     try:
         data = wire.encode(value, export)
     except WireError as error:
@@ -57,25 +55,25 @@ def check(data: bytes) -> None:
 
 
 @fuzzed(500, messages.HOSTILE)
-def test_any_bytes_are_plain_data_or_refused(data: bytes) -> None:
+def test_any_bytes_are_plain_data_or_refused(data):
     """500 messages, of which the nested ones take long to draw."""
     check(data)
 
 
 @fuzzed(250, messages.VALID | messages.HAND_WRITTEN, SEEDS)
-def test_damaged_messages_are_plain_data_or_refused(valid: bytes, seed: int) -> None:
+def test_damaged_messages_are_plain_data_or_refused(valid, seed):
     for data in variants(valid, messages.TOKENS, seed):
         check(data)
 
 
 @fuzzed(100, messages.HOSTILE)
-def test_memory_and_work_are_bounded_by_the_messages_length(data: bytes) -> None:
+def test_memory_and_work_are_bounded_by_the_messages_length(data):
     assert calls(lambda: read(data)) <= 100 + 8 * len(data)
     assert peak_bytes(lambda: read(data)) <= 64_000 + 160 * len(data)
 
 
 @fuzzed(40, st.lists(messages.HAND_WRITTEN, max_size=5))
-def test_a_message_with_more_behind_it_is_refused(parts: list[bytes]) -> None:
+def test_a_message_with_more_behind_it_is_refused(parts):
     data = wire.encode(1, export) + b"".join(parts)
     assert isinstance(read(data), WireError) == any(parts)
 
@@ -114,9 +112,7 @@ HEAVY = {
 
 
 @pytest.mark.parametrize("name", HEAVY)
-def test_the_heaviest_messages_take_few_times_their_length(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_heaviest_messages_take_few_times_their_length(name, monkeypatch):
     monkeypatch.setattr(wire, "MAX_ITEMS", 100_000)
     data = HEAVY[name]()
     with no_hang():
@@ -124,7 +120,7 @@ def test_the_heaviest_messages_take_few_times_their_length(
 
 
 @pytest.mark.parametrize("size", [1, 2, 30, 1000])
-def test_keys_that_collide_are_compared_a_bounded_number_of_times(size: int) -> None:
+def test_keys_that_collide_are_compared_a_bounded_number_of_times(size):
     parts = [msgpack.packb(float(n)) for n in range(size - 1)]
     head = b"\xdc" + struct.pack(">H", size + 1) + extension(TUPLE, b"") + b"".join(parts)
 
@@ -140,7 +136,7 @@ def test_keys_that_collide_are_compared_a_bounded_number_of_times(size: int) -> 
 
 
 @pytest.mark.parametrize("shape", [(0, 2**40), (2**40, 0), (2**62, 0, 2**62), (0, 2**63)])
-def test_an_empty_array_is_not_wide(shape: tuple[int, ...]) -> None:
+def test_an_empty_array_is_not_wide(shape):
     data = extension(1, msgpack.packb(["d", shape, b""]))
     assert isinstance(read(data), WireError)
     assert decoded(wire.encode(np.zeros((0, 3, 1000)), export)).shape == (0, 3, 1000)

@@ -3,8 +3,6 @@
 Wrong types, keys twice, odd numbers, texts and encodings: notebooks to trip over.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math
@@ -154,18 +152,18 @@ def check_cells(cells: tuple[Cell, ...]) -> None:
 
 
 @fuzzed(200, HOSTILE)
-def test_any_bytes_are_cells_or_refused(data: bytes) -> None:
+def test_any_bytes_are_cells_or_refused(data):
     check_cells(parsed(data))
 
 
 @fuzzed(100, st.sampled_from(VALUES), SEEDS)
-def test_an_edited_notebook_is_cells_or_refused(value: dict[str, Any], seed: int) -> None:
+def test_an_edited_notebook_is_cells_or_refused(value, seed):
     for data in edited(value, seed):
         check_cells(parsed(data))
 
 
 @fuzzed(100, HOSTILE)
-def test_memory_and_work_are_bounded_by_the_files_length(data: bytes) -> None:
+def test_memory_and_work_are_bounded_by_the_files_length(data):
     assert calls(lambda: parsed(data)) <= 200 + 4 * len(data)
     assert peak_bytes(lambda: parsed(data)) <= 64_000 + 150 * len(data)
 
@@ -173,7 +171,7 @@ def test_memory_and_work_are_bounded_by_the_files_length(data: bytes) -> None:
 @fuzzed(
     100, st.text(max_size=100) | st.text(st.sampled_from("a./\\\0\n\x1b\ud800é"), max_size=300)
 )
-def test_a_file_of_any_name_is_refused_by_its_name(name: str) -> None:
+def test_a_file_of_any_name_is_refused_by_its_name(name):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, name.replace("/", ""))
         with contextlib.suppress(OSError, ValueError):  # then there is no such file
@@ -198,7 +196,7 @@ CELLS = st.builds(
 
 
 @fuzzed(200, st.lists(CELLS, max_size=8))
-def test_any_cells_are_sorted(cells: list[Cell]) -> None:
+def test_any_cells_are_sorted(cells):
     check_sorted(cells)
 
 
@@ -245,14 +243,14 @@ HEAVY = {
 
 @pytest.mark.parametrize("name", HEAVY)
 @pytest.mark.long
-def test_the_heaviest_notebooks_take_little_memory(name: str) -> None:
+def test_the_heaviest_notebooks_take_little_memory(name):
     data = filled(*HEAVY[name])
     with no_hang():
         peak = peak_bytes(lambda: check_cells(parsed(data)))
     assert peak <= 300 * 2**20
 
 
-def test_a_number_of_many_digits_costs_nobody_a_mark() -> None:
+def test_a_number_of_many_digits_costs_nobody_a_mark():
     value = toy.answer()
     text = json.dumps(value).replace('"execution_count": null', f'"execution_count": {"9" * 6000}')
     assert notebook.parse(text.encode(), "a") == notebook.parse(json.dumps(value).encode(), "a")

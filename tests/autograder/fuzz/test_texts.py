@@ -1,7 +1,5 @@
 """The text of any cell at all is read without harm, and in time that grows as its length."""
 
-from __future__ import annotations
-
 import ast
 import warnings
 
@@ -38,7 +36,7 @@ NAMES = ["double", "f", "e", "μ"]
 
 @pytest.mark.filterwarnings("ignore")
 @fuzzed(400, SOURCES)
-def test_any_text_is_read(text: str) -> None:
+def test_any_text_is_read(text):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         assert type(source.defines(text, NAMES)) is bool
@@ -69,7 +67,7 @@ HEADS = ["", "double", "double:", "def", "async", "async def", "class", "%%", "\
 
 
 @pytest.mark.parametrize("name", LINES)
-def test_long_lines_are_searched_once(name: str) -> None:
+def test_long_lines_are_searched_once(name):
     for head in HEADS:
         text = head + LINES[name] * (200_000 // len(LINES[name])) + "!"
         with no_hang():

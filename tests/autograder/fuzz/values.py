@@ -1,7 +1,5 @@
 """Plain data of every kind, what only looks like it, and when two values are the same."""
 
-from __future__ import annotations
-
 import datetime
 import struct
 from collections.abc import Callable

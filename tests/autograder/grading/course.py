@@ -1,7 +1,5 @@
 """A course of five submissions, of every fate, and how a batch grades it."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +18,6 @@ GUESS = "def double(x):\n    return 6\n"
 
 
 def make_course(folder: Path) -> Path:
-    """A folder with a tree and five submissions."""
     toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 3\n")
     answers = {
         "ada": toy.answer(),
@@ -44,7 +41,6 @@ def leave(course: Path, *students: str) -> None:
 
 
 def jobs(course: Path) -> list[Job]:
-    """All submissions of a course."""
     tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
     loaded = assignments.load(tests)
     folders = sorted((course / "submitted").iterdir())

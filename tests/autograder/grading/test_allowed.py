@@ -1,7 +1,5 @@
 """Grading refuses a course that its own sandbox would show to students, in one sentence."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +14,7 @@ SHOWN = "which is in"
 
 
 @pytest.fixture
-def exposed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def exposed(tmp_path, monkeypatch):
     """A folder that student code sees, as the allowed package of the same name."""
     folder = tmp_path / f"shown_{tmp_path.name}"
     folder.mkdir()
@@ -33,9 +31,7 @@ def grade(tree: Path, submitted: Path, out: Path, *more: str) -> Sequence[str]:
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize("what", ["tree", "submitted", "out", "a link to the tree"])
-def test_what_student_code_could_read_is_refused(
-    what: str, exposed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], wall_name: str
-) -> None:
+def test_what_student_code_could_read_is_refused(what, exposed, tmp_path, capsys, wall_name):
     places = {name: tmp_path / name for name in ("tree", "submitted", "out")}
     if what in places:
         places[what] = exposed / what
@@ -55,9 +51,7 @@ def test_what_student_code_could_read_is_refused(
 
 
 @pytest.mark.sandbox
-def test_a_course_in_an_allowed_packages_source_folder_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], wall_name: str
-) -> None:
+def test_a_course_in_an_allowed_packages_source_folder_is_refused(tmp_path, capsys, wall_name):
     """Of this one student code sees the grader itself."""
     out = Path(robust_slam_autograder.__file__).parent / "no-such-results"
     tree = toy.make_tree(tmp_path)
@@ -66,9 +60,7 @@ def test_a_course_in_an_allowed_packages_source_folder_is_refused(
 
 
 @pytest.mark.sandbox
-def test_a_package_that_is_not_installed_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], wall_name: str
-) -> None:
+def test_a_package_that_is_not_installed_is_refused(tmp_path, capsys, wall_name):
     tree = toy.make_tree(tmp_path, 'packages = ["numpy", "no_such_package"]\n')
     command = grade(tree, tmp_path / "submitted", tmp_path / "out", "--sandbox", wall_name)
     assert cli.main(command) == 2

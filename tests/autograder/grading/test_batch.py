@@ -1,13 +1,10 @@
 """A batch: one secret, one result each, whatever the order, the neighbours or a kill."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil
 import time
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -38,13 +35,12 @@ assert rng.random() < 0.5
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
-    """A course of the test's own."""
+def course(tmp_path):
     return make_course(tmp_path)
 
 
 @pytest.mark.rest
-def test_every_submission_gets_its_result_in_order_however_many_run_at_once(course: Path) -> None:
+def test_every_submission_gets_its_result_in_order_however_many_run_at_once(course):
     graded = grade(course)
     assert same_but_for_time(graded, grade(course, "serial", workers=1))
     assert marks(graded) == [
@@ -57,7 +53,7 @@ def test_every_submission_gets_its_result_in_order_however_many_run_at_once(cour
 
 
 @pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool, bool]]:
+def started(monkeypatch):
     """Each pass that is begun: whose, whether it is a hidden one, and whether it runs alone."""
     found: list[tuple[str, bool, bool]] = []
     run = trusted.run_each
@@ -74,7 +70,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool, bool]]:
     return found
 
 
-def test_a_limit_is_judged_alone(course: Path, started: list[tuple[str, bool, bool]]) -> None:
+def test_a_limit_is_judged_alone(course, started):
     """What hung or died beside others has its pass once more; a pass that did not is whole."""
     grade(course)
     alone = {(student, is_hidden) for student, is_hidden, is_alone in started if is_alone}
@@ -82,9 +78,7 @@ def test_a_limit_is_judged_alone(course: Path, started: list[tuple[str, bool, bo
     assert len(started) == len(set(started)) == 5 + 2 + 4
 
 
-def test_who_was_alone_already_is_not_graded_again(
-    course: Path, started: list[tuple[str, bool, bool]]
-) -> None:
+def test_who_was_alone_already_is_not_graded_again(course, started):
     leave(course, "bob")
     assert marks(grade(course)) == [("bob", "graded", 10, ("timeout", "passed"))]
     assert started == [("bob", False, True), ("bob", True, True)]
@@ -106,9 +100,7 @@ def double(x):
 
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("then", ["pass", "import os; os._exit(1)"], ids=["goes on", "dies"])
-def test_what_a_hidden_pass_leaves_behind_reaches_no_text(
-    course: Path, workers: int, then: str
-) -> None:
+def test_what_a_hidden_pass_leaves_behind_reaches_no_text(course, workers, then):
     """Neither its own text, when it is run once more, nor that of a student who comes later."""
     leave(course)
     answer = toy.answer(MESSENGER.format(kept=str(course / "kept"), then=then))
@@ -119,9 +111,7 @@ def test_what_a_hidden_pass_leaves_behind_reaches_no_text(
     assert not [path for path in course.glob("out/*/*.json") if "LEFT" in path.read_text()]
 
 
-def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(
-    course: Path, started: list[tuple[str, bool, bool]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(course, started, monkeypatch):
     leave(course, "ada", "bob")
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(journal.Journal, "forget", interrupt)
@@ -140,9 +130,7 @@ def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(
 
 
 @pytest.mark.rest
-def test_a_call_that_nothing_interrupts_is_the_students_timeout(
-    course: Path, started: list[tuple[str, bool, bool]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_call_that_nothing_interrupts_is_the_students_timeout(course, started, monkeypatch):
     """A function of the test's computes for minutes in C, for arguments that the student sent."""
     monkeypatch.setattr(batch, "GRACE_SECONDS", 10.0)
     test = "double(lambda n: sum(range(n)))\n"
@@ -157,7 +145,7 @@ def test_a_call_that_nothing_interrupts_is_the_students_timeout(
     assert len(started) == 4, "nothing was graded once more"
 
 
-def test_hidden_inputs_follow_from_the_secret_and_the_notebooks_bytes(course: Path) -> None:
+def test_hidden_inputs_follow_from_the_secret_and_the_notebooks_bytes(course):
     toy.make_tree(course, value=toy.source_notebook(double_random=RANDOM))
     leave(course, "ada")
     for n in range(8):
@@ -175,7 +163,7 @@ def test_hidden_inputs_follow_from_the_secret_and_the_notebooks_bytes(course: Pa
     assert seen[0] != seen[1], "another secret gives other inputs"
 
 
-def test_each_student_is_graded_with_a_number_of_their_own(course: Path) -> None:
+def test_each_student_is_graded_with_a_number_of_their_own(course):
     seen = 'assert os.environ["ROBUST_SLAM_TOWN"] == "{}"  # as TOWN in a set-up\n'
     leave(course, "ada", "dot")
     toy.hand_in(course / "submitted", "dot", toy.answer())
@@ -190,7 +178,7 @@ def test_each_student_is_graded_with_a_number_of_their_own(course: Path) -> None
         assert [item.load().score for item in grade(course)] == scores
 
 
-def test_what_has_not_changed_is_reused(course: Path) -> None:
+def test_what_has_not_changed_is_reused(course):
     leave(course, "ada", "dot", "eve")
     grade(course)
     assert [item.reused for item in grade(course)] == [True] * 3
@@ -205,8 +193,8 @@ def test_what_has_not_changed_is_reused(course: Path) -> None:
 
 @pytest.mark.parametrize(("place", "counts"), [("", True), ("tool/_vendor", False)])
 def test_what_is_installed_counts_and_not_what_a_package_carries(
-    place: str, counts: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    place, counts, tmp_path, monkeypatch
+):
     before = tasks.code_digest.__wrapped__()
     folder = tmp_path / "site-packages" / place
     (folder / "tool-1.0.dist-info").mkdir(parents=True)
@@ -214,7 +202,7 @@ def test_what_is_installed_counts_and_not_what_a_package_carries(
     assert (tasks.code_digest.__wrapped__() != before) == counts
 
 
-def test_a_second_batch_waits_for_its_turn(tmp_path: Path) -> None:
+def test_a_second_batch_waits_for_its_turn(tmp_path):
     with (
         batch.locked(tmp_path / "out"),
         pytest.raises(WrongUse, match="Another batch"),
@@ -234,7 +222,6 @@ class Failing:
         self.how = how
 
     def start(self, launch: object) -> Any:
-        """Fail as asked."""
         if self.how == "exit":
             os._exit(7)
         if self.how == "hang":
@@ -251,8 +238,8 @@ class Failing:
     ],
 )
 def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
-    course: Path, monkeypatch: pytest.MonkeyPatch, how: str, reason: str
-) -> None:
+    course, monkeypatch, how, reason
+):
     if how == "hang":
         toy.make_tree(course, "[limits]\nnotebook_seconds = 0.1\n")
         monkeypatch.setattr(batch, "GRACE_SECONDS", 0.3)
@@ -263,7 +250,7 @@ def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
     assert not journal.open_journal(course / "out", None).graded
 
 
-def test_a_link_on_the_way_is_refused(course: Path) -> None:
+def test_a_link_on_the_way_is_refused(course):
     submitted = course / "submitted"
     (submitted / "zoe").symlink_to("ada")
     (submitted / "yan").mkdir()
@@ -273,7 +260,7 @@ def test_a_link_on_the_way_is_refused(course: Path) -> None:
             tasks.locate(job)
 
 
-def test_a_course_below_a_link_is_graded(course: Path) -> None:
+def test_a_course_below_a_link_is_graded(course):
     """The instructor's own links are no student's."""
     (course / "elsewhere").symlink_to("submitted")
     job = jobs(course)[0]
@@ -281,7 +268,7 @@ def test_a_course_below_a_link_is_graded(course: Path) -> None:
     assert tasks.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
 
 
-def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: Path) -> None:
+def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course):
     leave(course, "ada", "bob", "cem", "dot")
     listed = jobs(course)
     submitted = course / "submitted"
@@ -299,7 +286,7 @@ def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: 
     assert graded[2].reason == "The student's folder cem is a link."
 
 
-def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
+def test_a_full_disk_stops_the_batch_and_loses_nothing(course):
     """The error names the file and the fix; the same command goes on from there."""
     leave(course, "ada", "dot", "eve")
 
@@ -318,9 +305,7 @@ def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
     ]
 
 
-def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(
-    course: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(course, monkeypatch):
     """The file holds the new text's mark, the log would speak of the old one's."""
     leave(course, "ada")
     grade(course)

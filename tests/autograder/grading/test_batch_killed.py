@@ -1,14 +1,12 @@
 """A batch that is killed again and again ends as one that never was."""
 
-from __future__ import annotations
-
 import json
 import os
 import sqlite3
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +35,7 @@ SUBMISSIONS = 8
 
 
 @pytest.fixture(scope="module")
-def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def course(tmp_path_factory):
     """A course with submissions that end in each way."""
     root = tmp_path_factory.mktemp("course")
     toy.make_tree(root, "[limits]\ncall_seconds = 0.4\ncell_seconds = 2\n")
@@ -54,7 +52,7 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def temporary() -> Iterator[Path]:
+def temporary():
     """The grader's own temporary folder; its path is short, for sockets lie in it."""
     with tempfile.TemporaryDirectory(prefix="t") as folder:
         Path(folder).chmod(0o711)
@@ -100,9 +98,7 @@ def gradebook(out: Path) -> list[tuple[Any, ...]]:
 
 
 @pytest.mark.sandbox
-def test_a_batch_that_is_killed_ends_as_one_that_is_not(
-    course: Path, tmp_path: Path, temporary: Path, wall_name: str
-) -> None:
+def test_a_batch_that_is_killed_ends_as_one_that_is_not(course, tmp_path, temporary, wall_name):
     """The class is graded four times, each time by a new process; two of these are killed."""
     whole, out, mark = tmp_path / "whole", tmp_path / "killed", str(temporary)
     finish(course, whole, temporary, wall_name)

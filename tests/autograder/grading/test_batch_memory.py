@@ -1,7 +1,5 @@
 """A batch's own process holds neither submissions nor results."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 import sys
@@ -45,7 +43,7 @@ def sizes(root: Path, folders: list[Path], wall: str) -> Iterator[int]:
 
 
 @pytest.mark.sandbox
-def test_memory_is_small_and_flat(tmp_path: Path, wall_name: str) -> None:
+def test_memory_is_small_and_flat(tmp_path, wall_name):
     seen = list(sizes(tmp_path, make_class(tmp_path), wall_name))
     quarter = len(seen) // 4
     assert quarter and max(seen) < MOST

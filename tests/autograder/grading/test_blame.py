@@ -1,7 +1,5 @@
 """What student code breaks costs the student marks; what the grader breaks is its own failure."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import pytest
@@ -23,7 +21,7 @@ ROUTES = ("kinds", "value", "call", "run", "read")
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_replaced_entry_points_leave_a_mark_and_no_words(way: str) -> None:
+def test_replaced_entry_points_leave_a_mark_and_no_words(way):
     """Whatever student code makes of the functions that the grader calls by name."""
     replace = "".join(f"channel._named['{name}'] = raises\n" for name in ROUTES)
     result = toy.graded(toy.answer(f"{FIND}{WAYS[way]}{replace}"))
@@ -49,7 +47,7 @@ class WorksOnce:
         return self.inner.start(launch)
 
 
-def test_a_back_end_that_fails_between_two_cases_is_no_lost_case() -> None:
+def test_a_back_end_that_fails_between_two_cases_is_no_lost_case():
     """The student's code dies, but that no new process starts is the machine's fault."""
     dies = toy.answer("import os\ndef double(x): os._exit(0)\n")
     with pytest.raises(GraderFailure, match="machine is full"):
@@ -57,6 +55,6 @@ def test_a_back_end_that_fails_between_two_cases_is_no_lost_case() -> None:
 
 
 @pytest.mark.parametrize("cell", ["def (", "assert (", "return 3\n", "await nothing\n"])
-def test_a_test_cell_that_does_not_compile_is_the_instructors(cell: str) -> None:
+def test_a_test_cell_that_does_not_compile_is_the_instructors(cell):
     with pytest.raises(GraderFailure, match="double-random is no Python"):
         toy.graded(toy.answer(), toy.assignment(double_random=cell))

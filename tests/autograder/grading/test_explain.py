@@ -1,7 +1,5 @@
 """A visible check that failed says what came back, what was expected, and a likely cause."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -57,7 +55,7 @@ def returned(cell: str, **functions: Any) -> explain.Returned:
         ("assert f(*range(90)) == 6", "f(…) returned 7; expected 6."),
     ],
 )  # fmt: skip
-def test_what_came_back_stands_beside_what_was_expected(cell: str, sentence: str) -> None:
+def test_what_came_back_stands_beside_what_was_expected(cell, sentence):
     assert said(cell, f=lambda *_: 7) == f"Here, {sentence}"
 
 
@@ -71,7 +69,7 @@ def test_what_came_back_stands_beside_what_was_expected(cell: str, sentence: str
         ((1, [2]), "returned (1, [2])."),
     ],
 )
-def test_values_are_short_and_readable(value: object, sentence: str) -> None:
+def test_values_are_short_and_readable(value, sentence):
     told = said("assert np.allclose(f(), 2.0, rtol=1e-9)", f=lambda: value)
     assert told == f"Here, f() {sentence}"
 
@@ -86,28 +84,28 @@ def test_values_are_short_and_readable(value: object, sentence: str) -> None:
         (1 + 1e-12, "assert f() < 1.0", "1.000000000001; expected less than 1.0."),
     ],
 )  # fmt: skip
-def test_enough_digits_are_shown_to_be_true(value: object, cell: str, sentence: str) -> None:
+def test_enough_digits_are_shown_to_be_true(value, cell, sentence):
     assert said(cell, f=lambda: value) == f"Here, f() returned {sentence}"
 
 
-def test_a_part_of_what_was_returned_is_named_as_the_check_names_it() -> None:
+def test_a_part_of_what_was_returned_is_named_as_the_check_names_it():
     cell = "last, history = f(1)\nassert history == [1, 2]"
     assert said(cell, f=lambda _: (2, [1])) == "Here, history is [1]; expected [1, 2]."
 
 
-def test_a_function_is_not_called_again() -> None:
+def test_a_function_is_not_called_again():
     counted: list[int] = []
     said("assert np.allclose(f(3), 6)", f=lambda n: counted.append(n) or 7)
     assert counted == [3]
 
 
-def test_where_nothing_can_be_said_nothing_is() -> None:
+def test_where_nothing_can_be_said_nothing_is():
     assert said("assert 1 == 2", f=abs) == "Here, 1 is 1; expected 2."
     assert said("x = f(1)\nassert False, 'no'", f=abs) == ""
     assert said("import nothing_of_that_name", f=abs) == ""
 
 
-def test_two_values_that_were_compared_are_data_too() -> None:
+def test_two_values_that_were_compared_are_data_too():
     found = returned("assert f(3) < 6", f=lambda _: None if _ == 1 else 7)
     assert found.compared == Compared("f(3)", "7", "expected less than", "6", "")
     found = returned("assert np.allclose(f(), 2.0)", f=lambda: [1.0, np.nan])
@@ -133,14 +131,12 @@ def test_two_values_that_were_compared_are_data_too() -> None:
     ],
     ids=repr,
 )
-def test_rows_of_numbers_can_be_drawn_and_nothing_else(
-    value: object, expected: str, curves: tuple[tuple[float, ...], ...]
-) -> None:
+def test_rows_of_numbers_can_be_drawn_and_nothing_else(value, expected, curves):
     found = returned(f"assert np.array_equiv(f(), {expected})", f=lambda: value).compared
     assert found is not None and found.curves == curves
 
 
-def test_long_values_are_cut() -> None:
+def test_long_values_are_cut():
     assert len(explain.show("x" * 10_000)) <= explain.MAX_VALUE
     assert len(explain.show([[float(n)] * 9 for n in range(99)])) <= explain.MAX_VALUE
 
@@ -180,7 +176,7 @@ def test_long_values_are_cut() -> None:
         ("open('/nothing/there')", ""),
     ],
 )  # fmt: skip
-def test_exceptions_have_a_likely_cause(raised: str, sentence: str) -> None:
+def test_exceptions_have_a_likely_cause(raised, sentence):
     """The exceptions are those of the installed Python and NumPy, not texts written here."""
     with pytest.raises(Exception) as caught:
         eval(raised, {"np": np})
@@ -194,18 +190,18 @@ def explained(double: str, config: Config | None = None) -> str:
     return result.exercises[0].message.splitlines()[1]
 
 
-def test_the_list_that_is_indexed_is_named() -> None:
+def test_the_list_that_is_indexed_is_named():
     answer = "def double(x):\n    x = [1]\n    return x[[0]]\n"
     assert explained(answer) == "x is a list; make it an array: x = np.asarray(x)."
 
 
-def test_an_assignments_own_causes_come_first() -> None:
+def test_an_assignments_own_causes_come_first():
     answer = "def double(x):\n    return np.linalg.inv(np.zeros((2, 2)))\n"
     config = Config(causes={"Singular matrix": "Fix one pose."})
     assert explained(answer, config) == "Fix one pose."
 
 
-def test_exercises_are_reported_as_they_end() -> None:
+def test_exercises_are_reported_as_they_end():
     told: list[ExerciseResult] = []
     result = toy.checked(toy.answer("def double(x): return 7\n"), report=told.append)
     assert tuple(told) == result.exercises

@@ -4,8 +4,6 @@ Each exercise of the assignment here is one way to say something. All hidden che
 over the canary, which is what student code tries to pass on.
 """
 
-from __future__ import annotations
-
 import textwrap
 from pathlib import Path
 
@@ -93,9 +91,7 @@ def grade(tests: Assignment, *own: str, kept: Path) -> Result:
 @pytest.mark.parametrize(
     "own", [(), ("import os\nboom = os._exit(0)\n",)], ids=["plain", "with a cell left out"]
 )
-def test_a_hidden_check_says_nothing_of_the_students(
-    own: tuple[str, ...], tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_hidden_check_says_nothing_of_the_students(own, tmp_path, capfd):
     tests = assignment()
     result = grade(tests, *own, kept=tmp_path / "kept")
     cases = {exercise.name: exercise.cases[0] for exercise in result.exercises}

@@ -1,9 +1,6 @@
 """What a batch remembers survives a kill at any moment, and costs a line for each submission."""
 
-from __future__ import annotations
-
 import itertools
-from pathlib import Path
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure, WrongUse
@@ -13,7 +10,7 @@ from robust_slam_autograder.grading.journal import LOG_NAME, RUN_NAME, open_jour
 from tests.autograder.grading.disks import full_disk
 
 
-def test_a_batch_draws_a_secret_seed_and_keeps_it(tmp_path: Path) -> None:
+def test_a_batch_draws_a_secret_seed_and_keeps_it(tmp_path):
     first, other = open_journal(tmp_path / "a", None), open_journal(tmp_path / "b", None)
     assert first.seed != other.seed and first.seed > 2**32
     assert open_journal(tmp_path / "a", None).seed == first.seed
@@ -21,7 +18,7 @@ def test_a_batch_draws_a_secret_seed_and_keeps_it(tmp_path: Path) -> None:
         assert (tmp_path / "a" / name).stat().st_mode & 0o077 == 0
 
 
-def test_a_new_seed_begins_a_new_batch(tmp_path: Path) -> None:
+def test_a_new_seed_begins_a_new_batch(tmp_path):
     run = open_journal(tmp_path, 3)
     run.remember("ada/x", "1")
     assert open_journal(tmp_path, 3).graded == {"ada/x": "1"}
@@ -29,7 +26,7 @@ def test_a_new_seed_begins_a_new_batch(tmp_path: Path) -> None:
     assert open_journal(tmp_path, None) == journal.Journal(tmp_path, 5)
 
 
-def test_what_is_remembered_is_read_back(tmp_path: Path) -> None:
+def test_what_is_remembered_is_read_back(tmp_path):
     run = open_journal(tmp_path, 1)
     for key in ("ada/x", "bob/x", "zoë/x", "eve\udcff/x"):
         run.remember(key, f"print of {key!a}")
@@ -39,7 +36,7 @@ def test_what_is_remembered_is_read_back(tmp_path: Path) -> None:
     assert list(run.graded) == ["ada/x", "zoë/x", "eve\udcff/x"]
 
 
-def test_a_line_that_was_cut_short_counts_for_nothing(tmp_path: Path) -> None:
+def test_a_line_that_was_cut_short_counts_for_nothing(tmp_path):
     log = tmp_path / LOG_NAME
     run = open_journal(tmp_path, 1)
     run.remember("ada/x", "1")
@@ -56,7 +53,7 @@ def test_a_line_that_was_cut_short_counts_for_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "junk", [b"\0" * 40, b"\xff\xfe", b'["graded", 1, 2]', b"[" * 5000, b"{}"]
 )
-def test_lines_that_say_nothing_are_passed_over(tmp_path: Path, junk: bytes) -> None:
+def test_lines_that_say_nothing_are_passed_over(tmp_path, junk):
     run = open_journal(tmp_path, 1)
     run.remember("ada/x", "1")
     with open(tmp_path / LOG_NAME, "ab") as file:
@@ -64,7 +61,7 @@ def test_lines_that_say_nothing_are_passed_over(tmp_path: Path, junk: bytes) -> 
     assert open_journal(tmp_path, None) == run
 
 
-def test_the_log_grows_by_a_line_for_each_submission(tmp_path: Path) -> None:
+def test_the_log_grows_by_a_line_for_each_submission(tmp_path):
     """A batch of ten thousand must not write ten thousand times ten thousand lines."""
     run, log = open_journal(tmp_path, 1), tmp_path / LOG_NAME
     sizes = []
@@ -76,13 +73,13 @@ def test_the_log_grows_by_a_line_for_each_submission(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"seed": "x"}', "{}", "\xff"])
-def test_a_batch_that_cannot_be_read_says_so(tmp_path: Path, text: str) -> None:
+def test_a_batch_that_cannot_be_read_says_so(tmp_path, text):
     (tmp_path / RUN_NAME).write_text(text, encoding="latin-1")
     with pytest.raises(WrongUse, match=r"\.run\.json cannot be read: delete it"):
         open_journal(tmp_path, None)
 
 
-def test_a_full_disk_leaves_the_old_file_and_no_half_one(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_old_file_and_no_half_one(tmp_path):
     path = tmp_path / "a" / "b.json"
     durable.write(path, "old")
     with (
@@ -94,16 +91,14 @@ def test_a_full_disk_leaves_the_old_file_and_no_half_one(tmp_path: Path) -> None
     assert [file.name for file in path.parent.iterdir()] == ["b.json"]
 
 
-def test_a_half_file_of_a_killed_run_is_written_over(tmp_path: Path) -> None:
+def test_a_half_file_of_a_killed_run_is_written_over(tmp_path):
     path = tmp_path / "b.json"
     durable.part_of(path).write_text("half of a long te")
     durable.write(path, "new")
     assert path.read_text() == "new" and list(tmp_path.iterdir()) == [path]
 
 
-def test_a_line_that_does_not_fit_on_the_disk_is_an_error_that_names_the_file(
-    tmp_path: Path,
-) -> None:
+def test_a_line_that_does_not_fit_on_the_disk_is_an_error_that_names_the_file(tmp_path):
     run = open_journal(tmp_path, 1)
     run.remember("ada/x", "1")
     with full_disk(100), pytest.raises(GraderFailure, match=r"\.run\.log cannot be written"):

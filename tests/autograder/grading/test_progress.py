@@ -1,7 +1,5 @@
 """A long batch shows in a log that it goes on."""
 
-from __future__ import annotations
-
 import io
 import itertools
 from types import SimpleNamespace
@@ -18,12 +16,7 @@ from robust_slam_autograder.grading import progress
         (11.0, [f"{n} of 7 graded" for n in range(1, 8)]),
     ],
 )
-def test_a_line_comes_when_the_last_is_long_ago(
-    seconds: float,
-    lines: list[str],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_line_comes_when_the_last_is_long_ago(seconds, lines, monkeypatch, capsys):
     clock = itertools.count(0.0, seconds)
     monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: next(clock)))
     step = progress.lines(7)
@@ -37,7 +30,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_terminal_has_a_bar_and_a_log_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_has_a_bar_and_a_log_has_none(monkeypatch):
     for stream, shows in ((Terminal(), True), (io.StringIO(), False)):
         monkeypatch.setattr(progress.sys, "stderr", stream)
         with progress.shown(2) as step:

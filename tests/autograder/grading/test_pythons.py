@@ -1,10 +1,7 @@
 """What a newer Python wrote, and this one does not know, is told as that, to both sides."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,9 +36,7 @@ def graded(double: str, own: str = "", version: str = "3.99.1") -> Result:
         (HELPED, NEW, "name 'helper' is not defined"),
     ],
 )
-def test_an_error_that_a_newer_python_does_not_raise_names_both(
-    double: str, own: str, said: str
-) -> None:
+def test_an_error_that_a_newer_python_does_not_raise_names_both(double, own, said):
     message = graded(double, own).exercises[0].message
     both = f"Your notebook was written in Python 3.99, and {OURS} runs it here"
     assert said in message
@@ -53,7 +48,7 @@ def test_an_error_that_a_newer_python_does_not_raise_names_both(
     assert (f"{OURS} runs it here: what only a newer one" in unknown) == is_told
 
 
-def test_no_message_holds_a_folder_of_this_python() -> None:
+def test_no_message_holds_a_folder_of_this_python():
     for text, name in (NEW, "typing.py"), ("from numpy import no_such_name\n", "numpy"):
         message = graded(text + RIGHT).exercises[0].message
         assert name in message and "/" not in message.replace("(", "")
@@ -62,7 +57,7 @@ def test_no_message_holds_a_folder_of_this_python() -> None:
 
 
 @pytest.fixture
-def lab(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def lab(course, monkeypatch):
     """A lab with Python 3.99, on a machine that has it and an older one on its path."""
     (course / "solutions" / "course.toml").write_text('[lab]\npython = "3.99"\n')
     for name in ("python3.2", "python3.99", "python3"):
@@ -80,8 +75,8 @@ def lab(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ids=lambda command: command[0],
 )
 def test_a_teacher_is_told_that_the_lab_has_a_newer_one(
-    autograder: Any, course: Path, lab: None, monkeypatch: pytest.MonkeyPatch, command: list[str]
-) -> None:
+    autograder, course, lab, monkeypatch, command
+):
     monkeypatch.chdir(course)
     status, out, err = autograder(*command)
     said = f"note: Students write in Python 3.99 in the browser, and {OURS} grades: "

@@ -1,14 +1,11 @@
 """Result files: one truth about each case, those of before, and what is no result."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from robust_slam_autograder.errors import WrongUse
@@ -36,7 +33,7 @@ SUBMISSIONS = {
 MARKED = result(PARTLY, HUNG, student="half \udcff")
 
 
-def test_a_case_keeps_how_it_ended(tmp_path: Path) -> None:
+def test_a_case_keeps_how_it_ended(tmp_path):
     path = results.write(tmp_path, MARKED)
     value = json.loads(path.read_text("utf-8"))
     assert value["schema"] == 2
@@ -46,7 +43,7 @@ def test_a_case_keeps_how_it_ended(tmp_path: Path) -> None:
     assert [file.name for file in path.parent.iterdir()] == ["07-toy.json"]
 
 
-def test_a_check_without_a_word_of_its_own_is_failed_all_the_same(tmp_path: Path) -> None:
+def test_a_check_without_a_word_of_its_own_is_failed_all_the_same(tmp_path):
     """The ending decides, and neither the message nor the points."""
     silent = case("first", " ", points=0)
     read = results.read(results.write(tmp_path, result(exercise("e", "failed", silent))))
@@ -54,9 +51,7 @@ def test_a_check_without_a_word_of_its_own_is_failed_all_the_same(tmp_path: Path
 
 
 @pytest.mark.parametrize("before", BEFORE, ids=SUBMISSIONS)
-def test_a_result_of_the_first_schema_is_read_as_if_it_were_graded_now(
-    before: dict[str, Any], tmp_path: Path
-) -> None:
+def test_a_result_of_the_first_schema_is_read_as_if_it_were_graded_now(before, tmp_path):
     path = results.path_of(tmp_path, before["student"], before["assignment"])
     path.parent.mkdir()
     path.write_text(json.dumps(before), encoding="utf-8")
@@ -92,9 +87,7 @@ SPOILT: dict[str, Callable[[str], str]] = {
 
 
 @pytest.mark.parametrize("spoil", SPOILT.values(), ids=SPOILT)
-def test_a_file_that_is_no_result_of_its_place_is_named(
-    spoil: Callable[[str], str], tmp_path: Path
-) -> None:
+def test_a_file_that_is_no_result_of_its_place_is_named(spoil, tmp_path):
     path = results.write(tmp_path, MARKED)
     text = path.read_text("utf-8")
     assert spoil(text) != text
@@ -103,12 +96,12 @@ def test_a_file_that_is_no_result_of_its_place_is_named(
         results.read_checked(path)
 
 
-def test_a_refusal_is_a_result(tmp_path: Path) -> None:
+def test_a_refusal_is_a_result(tmp_path):
     for odd in (refused("No."), Result("b", "a", 0, 1, "failed", "No.", "none", 0.0, ())):
         assert results.read(results.write(tmp_path, odd)) == odd
 
 
-def test_a_result_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
+def test_a_result_that_cannot_be_opened_is_named(tmp_path):
     path = results.path_of(tmp_path, "ada", "a")
     os.makedirs(path)
     with pytest.raises(WrongUse, match="Is a directory"):

@@ -1,7 +1,5 @@
 """Grades all entries of a target in one batch, by the command line, and counts what is wrong."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -70,7 +68,6 @@ class Course:
     """Where students' pages go."""
 
     def folder(self, entry: Entry) -> Path:
-        """Where a submission lies."""
         return self.root / "submitted" / entry.name / self.target.name
 
 
@@ -94,7 +91,6 @@ class Report:
 
 
 def course_assignments() -> list[str]:
-    """The course's own assignments."""
     return sorted(path.parent.name for path in (ROOT / "solutions").glob("*/*.ipynb"))
 
 
@@ -250,7 +246,6 @@ def _grade(
 
 
 def results(course: Course, entries: Sequence[Entry]) -> dict[str, dict[str, Any]]:
-    """The result files that there are, by student."""
     found = {}
     for entry in entries:
         path = course.out / entry.name / f"{course.target.name}.json"

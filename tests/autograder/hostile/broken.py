@@ -1,7 +1,5 @@
 """Files that are no notebook, or hardly one: each is refused in one sentence, or costs its own."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any
@@ -35,7 +33,6 @@ def _with_cell(name: str, kind: str = "types", **fields: object) -> Entry:
 def _wrong(
     name: str, kind: str, change: Callable[[dict[str, Any]], object], *, spills: bool = False
 ) -> Entry:
-    """A wrong answer with a change to every cell."""
     return changed(name, f"broken: {kind}", "wrong", each(change), spills=spills)
 
 

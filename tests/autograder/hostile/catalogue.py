@@ -1,7 +1,5 @@
 """All entries together, in the order in which one batch grades them."""
 
-from __future__ import annotations
-
 import random
 
 from tests.autograder import correct

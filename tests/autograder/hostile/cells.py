@@ -15,8 +15,6 @@ and RIGHT the right one under another name; without ``<each>`` every function an
 FILE, OWNER and WITHHELD stand for what their names say. ``bare`` leaves out the prelude.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from copy import deepcopy
@@ -107,7 +105,6 @@ def in_cell(template: str, *, own: str = "", bare: bool = False) -> Write:
 
 
 def own_cell(source: str) -> dict[str, Any]:
-    """A cell that a student added."""
     empty = {"cell_type": "code", "id": "own", "metadata": {}, "execution_count": None}
     return deepcopy(empty | {"outputs": [], "source": source})
 
@@ -124,12 +121,10 @@ def changed(name: str, kind: str, bound: Bound, change: Change, *, spills: bool 
 
 
 def each(change: Callable[[dict[str, Any]], object]) -> Change:
-    """The same change to every cell."""
     return lambda notebook, target: [change(cell) for cell in notebook["cells"]]
 
 
 def in_bytes(name: str, kind: str, bound: Bound, data: Callable[[Notebook], bytes]) -> Entry:
-    """A right notebook, changed into bytes."""
     return Entry(
         name, kind, bound, lambda target, place: put(data(target.solved()), target, place)
     )

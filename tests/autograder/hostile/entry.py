@@ -1,7 +1,5 @@
 """One submission of the suite, as data: what it is called, what it tries, what it may earn."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -38,8 +36,6 @@ Write = Callable[[Target, Place], None]
 
 @dataclass(frozen=True)
 class Entry:
-    """One submission."""
-
     name: str
     """Also its student."""
     kind: str
@@ -60,6 +56,5 @@ def hand_in(notebook: Notebook, target: Target, place: Place) -> None:
 
 
 def put(data: bytes, target: Target, place: Place) -> None:
-    """Write bytes where the notebook belongs."""
     place.folder.mkdir(parents=True, exist_ok=True)
     (place.folder / target.file).write_bytes(data)

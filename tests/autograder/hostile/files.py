@@ -1,7 +1,5 @@
 """Attacks that are files: beside the notebook, in its place, or as its folder."""
 
-from __future__ import annotations
-
 import os
 import pickle
 

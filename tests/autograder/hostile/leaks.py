@@ -1,7 +1,5 @@
 """What nobody may learn: hidden lines, hidden inputs, the seed, a token; and where it shows."""
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import html

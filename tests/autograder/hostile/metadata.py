@@ -3,8 +3,6 @@
 All give a plain wrong answer; in none does the lie earn anything.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
@@ -19,8 +17,7 @@ def _entry(name: str, kind: str, change: Change) -> Entry:
 
 
 def _fields(cell: dict[str, Any]) -> dict[str, Any]:
-    fields: dict[str, Any] = cell["metadata"].setdefault("nbgrader", {})
-    return fields
+    return cell["metadata"].setdefault("nbgrader", {})
 
 
 def _is_test(cell: dict[str, Any]) -> bool:

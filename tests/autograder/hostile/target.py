@@ -1,7 +1,5 @@
 """An assignment as an attacker sees it: the release, right answers, and one exercise to fake."""
 
-from __future__ import annotations
-
 import ast
 import json
 from copy import deepcopy
@@ -31,12 +29,10 @@ class Target:
 
     @property
     def name(self) -> str:
-        """The assignment's name."""
         return self.assignment.name
 
     @property
     def file(self) -> str:
-        """Name of the notebook that is handed in."""
         return f"{self.assignment.notebook}.ipynb"
 
     @property
@@ -46,7 +42,6 @@ class Target:
 
     @property
     def functions(self) -> tuple[str, ...]:
-        """Names of the victim's functions."""
         return functions_of(self.reference)
 
     @property
@@ -119,9 +114,7 @@ def _clean(source: str) -> str:
 
 
 def _read(path: Path) -> Notebook:
-    """A notebook's JSON."""
-    value: Notebook = json.loads(path.read_text(encoding="utf-8"))
-    return value
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def grade_id_of(cell: dict[str, Any]) -> str:

@@ -4,17 +4,13 @@ The suite runs against any assignment: here against the toy, in ``make soak`` ag
 course's too.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import sqlite3
 import subprocess
 import sys
 from collections import Counter
-from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests import depth
@@ -36,14 +32,14 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.fixture(scope="module")
-def report(wall_name: str, assignment: str) -> Report:
+def report(wall_name, assignment):
     """What became of a batch of all submissions, hostile and correct."""
     working(wall_name)
     return batch.attack(assignment, wall_name)
 
 
 @pytest.fixture(scope="module")
-def target(tmp_path_factory: pytest.TempPathFactory) -> Target:
+def target(tmp_path_factory):
     folder = tmp_path_factory.mktemp("target")
     return load(toy.make_tree(folder), toy.NAME, folder / "release")
 
@@ -53,13 +49,13 @@ WRONGS = [field.name for field in dataclasses.fields(Report) if field.name != "s
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize("wrong", WRONGS)
-def test_of_all_submissions_none_is(report: Report, wrong: str) -> None:
+def test_of_all_submissions_none_is(report, wrong):
     """Hundreds are graded, of which many run into a limit. For each word see ``batch.Report``."""
     assert report.submissions == len(catalogue.entries())
     assert getattr(report, wrong) == ()
 
 
-def test_names_are_unique_and_twins_and_baselines_are_there() -> None:
+def test_names_are_unique_and_twins_and_baselines_are_there():
     names = Counter(entry.name for entry in catalogue.entries())
     assert names.most_common(1)[0][1] == 1
     assert len(catalogue.BASELINES) == 3
@@ -76,7 +72,7 @@ def said(
     target: Target, mine: dict[str, float], bound: str, kind: str = "values: nan", twin: str = ""
 ) -> list[str]:
     """What the verdicts say of marks: inflated, under-graded, spilled."""
-    entry = Entry("mallory", kind, bound, correct.plain, twin=twin or None)  # type: ignore[arg-type]
+    entry = Entry("mallory", kind, bound, correct.plain, twin=twin or None)
     marks = PLAIN | {"mallory": mine}
     return [
         verdict.inflated(entry, marks, target, ["plain"]),
@@ -100,12 +96,10 @@ class TestTheSuiteCanFail:
             ("any", ALL | {"extra": 1}, True),
         ],
     )
-    def test_what_a_bound_allows(
-        self, target: Target, bound: str, mine: dict[str, float], is_inflated: bool
-    ) -> None:
+    def test_what_a_bound_allows(self, target, bound, mine, is_inflated):
         assert bool(said(target, mine, bound)[0]) == is_inflated
 
-    def test_what_a_twin_earns_is_allowed_and_lost_points_are_seen(self, target: Target) -> None:
+    def test_what_a_twin_earns_is_allowed_and_lost_points_are_seen(self, target):
         assert not said(target, PLAIN["double"], "wrong", twin="double")[0]
         assert "double-random" in said(target, RIGHT_PART, "full")[1]
         assert not said(target, RIGHT_PART, "wrong")[1] and not said(target, ALL, "full")[1]
@@ -113,7 +107,7 @@ class TestTheSuiteCanFail:
         assert "apply-twice" in said(target, lost, "wrong")[2]
         assert not said(target, lost, "wrong", kind="replaced: shell")[2]
 
-    def test_hidden_lines_inputs_and_answers_are_secret(self, target: Target) -> None:
+    def test_hidden_lines_inputs_and_answers_are_secret(self, target):
         lines = leaks.hidden_lines(target)
         assert f"# {toy.CANARY}" in lines and not any("hint" in line for line in lines)
         found = leaks.drawn(target, SEED)
@@ -121,12 +115,7 @@ class TestTheSuiteCanFail:
         for value in [*drawn, *(2 * drawn)]:
             assert next(leaks.numbers(float(value))) in found
 
-    def test_first_digits(self) -> None:
-        values = [-12.3456789012, (0.000123456789012, 1.23456789e-7), {"a": np.array([1 / 3])}]
-        digits = ["12.345678", "0.00012345678", "1.2345678", "0.33333333"]
-        assert list(leaks.numbers([*values, 1.25, 7])) == digits
-
-    def test_secrets_are_found_where_they_show(self, tmp_path: Path) -> None:
+    def test_secrets_are_found_where_they_show(self, tmp_path):
         """The gradebook may hold a test; its comments, which students read, may not."""
         (tmp_path / "ada").mkdir()
         (tmp_path / "ada" / "feedback.html").write_text("you were given 0.123456789 there")
@@ -149,7 +138,7 @@ class TestTheSuiteCanFail:
             "a line of a hidden test in the gradebook's comments: assert a < b",
         ]
 
-    def test_changed_new_and_missing_files_are_seen(self, tmp_path: Path) -> None:
+    def test_changed_new_and_missing_files_are_seen(self, tmp_path):
         for name in ("same", "changed", "gone"):
             (tmp_path / name).write_text("1")
         before = batch.snapshot(tmp_path)
@@ -162,7 +151,7 @@ class TestTheSuiteCanFail:
         "code",
         ["'mk-of-a-test'", "import ctypes; ctypes.CDLL(None).prctl(15, b'mk-of-a-' + b'test')"],
     )
-    def test_a_process_that_lives_on_is_seen_by_its_command_or_its_name(self, code: str) -> None:
+    def test_a_process_that_lives_on_is_seen_by_its_command_or_its_name(self, code):
         command = [sys.executable, "-c", f"{code}\nprint('ready', flush=True); input()"]
         pipe = subprocess.PIPE
         with subprocess.Popen(command, stdin=pipe, stdout=pipe) as process:

@@ -1,7 +1,5 @@
 """Judges marks, by whichever grader: plain data in, sentences out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 from tests.autograder.hostile.entry import Entry

@@ -109,7 +109,6 @@ def test_what_moodle_hands_out_becomes_a_classs_folders(tmp_path, collect):
 
 
 JANE = "Jane Smith_901_assignsubmission_file"
-TWINS = "First name,Last name,Email address\nAna,O'Dell,ana\nAna,ODell,other\nBo,_Ü,bo\n"
 
 
 @pytest.mark.parametrize(
@@ -127,13 +126,6 @@ def test_every_way_that_moodle_and_those_who_pack_it_anew_name_a_file(tmp_path, 
     status, _, err = collect("moodle", dict.fromkeys([name, *beside], ONE), roster=roster)
     assert (status, err) == (0, "")
     assert set(written(tmp_path)) == {f"jane@example.edu/{toy.NAME}/{FILE}"}
-
-
-def test_names_are_compared_as_moodle_cleans_them_and_equal_ones_are_nobodys(tmp_path, collect):
-    files = [f"{name}_9_assignsubmission_file/{FILE}" for name in ("Ana ODell", "Bo Ü")]
-    status, _, err = collect("moodle", dict.fromkeys(files, ONE), roster=TWINS)
-    assert status == 1 and "lines 2 (ana) and 3 (other)" in err
-    assert set(written(tmp_path)) == {f"bo/{toy.NAME}/{FILE}"}
 
 
 def test_a_roster_in_another_language_is_read_by_the_columns_that_are_named(tmp_path, collect):
@@ -214,35 +206,39 @@ def test_names_that_macos_writes_as_utf8_without_saying_so_are_read(tmp_path, co
     assert len(written(tmp_path)) == 3
 
 
-LEFT_OUT = {
+TWINS = "First name,Last name,Email address\nAna,O'Dell,ana\nAna,ODell,other\nBo,_Ü,bo\n"
+NAMED = ["--assignment", toy.NAME]
+JOHN = "smithjohn_12345_678_"
+DOUBTFUL = {
     f"smithjohn_99_678_{FILE}": "is of no one on the roster",
-    "smithjohn_12345_678_notes.pdf": "is no notebook",
+    f"{JOHN}notes.pdf": "is no notebook",
     FILE: "has not the name that this system gives",
-    "smithjohn_12345_678_homework.ipynb": "does not say its assignment: add --assignment",
+    f"{JOHN}homework.ipynb": "does not say its assignment: add --assignment",
     f"twin_8_12345_67_{FILE}": "may be of several people on the roster",
     f"a/b/smithjohn_99_1_\x1b[31m{FILE}": "left out: a/b/smithjohn_99_1_\\x1b[31m",
 }
+ANA, BO = (f"{name}_9_assignsubmission_file/{FILE}" for name in ("Ana ODell", "Bo Ü"))
+TWO = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
 
 
-@pytest.mark.parametrize(("name", "why"), LEFT_OUT.items(), ids=range(len(LEFT_OUT)))
-def test_what_is_in_doubt_is_told_and_never_guessed(tmp_path, collect, name, why):
-    status, out, err = collect("canvas", {name: ONE})
-    assert status == 1 and why in err and "0 notebooks of 0 students" in out
-    assert written(tmp_path) == {}
-
-
-def test_of_two_files_of_one_student_neither_is_taken_and_the_others_are(tmp_path, collect):
-    names = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
-    files = dict.fromkeys([*names, f"twinal_8_3_{FILE}"], ONE)
-    status, _, err = collect("canvas", files)
-    assert status == 1 and err.count(f"is one of several notebooks of jsmith for {toy.NAME}") == 2
-    assert set(written(tmp_path)) == {f"al/{toy.NAME}/{FILE}"}
-
-
-def test_a_notebook_of_another_name_is_taken_for_the_assignment_that_is_named(tmp_path, collect):
-    name = "smithjohn_12345_678_homework.ipynb"
-    assert collect("canvas", {name: ONE}, "--assignment", toy.NAME)[0] == 0
-    assert set(written(tmp_path)) == {f"jsmith/{toy.NAME}/{FILE}"}
+@pytest.mark.parametrize(
+    ("roster", "files", "arguments", "told", "times", "taken"),
+    [
+        *((CANVAS, [name], [], why, 1, set()) for name, why in DOUBTFUL.items()),
+        # As Moodle cleans the names on the roster, two are equal.
+        (TWINS, [ANA, BO], [], "lines 2 (ana) and 3 (other)", 1, {"bo"}),
+        (CANVAS, [*TWO, f"twinal_8_3_{FILE}"], [], "several notebooks of jsmith", 2, {"al"}),
+        (CANVAS, [f"{JOHN}homework.ipynb"], NAMED, "", 1, {"jsmith"}),
+    ],
+)
+def test_what_is_in_doubt_is_told_and_never_guessed(
+    tmp_path, collect, roster, files, arguments, told, times, taken
+):
+    system = "moodle" if roster is TWINS else "canvas"
+    status, out, err = collect(system, dict.fromkeys(files, ONE), *arguments, roster=roster)
+    assert status == bool(told) and err.count(told) == times
+    assert f"{len(taken)} notebooks of {len(taken)} students" in out
+    assert set(written(tmp_path)) == {f"{student}/{toy.NAME}/{FILE}" for student in taken}
 
 
 def test_nothing_is_overwritten_unless_it_is_asked_for(tmp_path, collect):

@@ -158,19 +158,18 @@ def test_each_student_has_the_mark_that_there_is(
     assert ("new columns" in err) == said.startswith("new columns")
 
 
-def test_a_failure_of_the_grader_is_no_mark(course, export):
-    record(course / "out", samples.failed("why"))
+@pytest.mark.parametrize(
+    ("mark", "told", "marks"),
+    [
+        (samples.failed("why"), "the grader failed on ada/07-toy: no mark", ["", "4", "0"]),
+        (marked("Zo\u00eb", [4, 6, 5, 5]), "written in two ways: no mark", ["15", "3.5", "0"]),
+    ],
+)
+def test_who_has_no_mark_is_told_and_the_others_have_theirs(course, export, mark, told, marks):
+    record(course / "out", mark)
     status, out, err = export("canvas", CANVAS, "--missing-as-zero")
-    assert status == 1 and "1 of 3 students have marks" in out
-    assert "the grader failed on ada/07-toy: no mark" in err
-    assert column(course) == ["", "4", "0"]
-
-
-def test_two_spellings_of_one_name_have_no_mark_and_the_others_have(course, export):
-    record(course / "out", marked("Zo\u00eb", [4, 6, 5, 5]))
-    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
-    assert status == 1 and "are one name, written in two ways: no mark" in err
-    assert column(course) == ["15", "3.5", "0"]
+    assert status == 1 and "1 of 3 students have marks" in out and told in err
+    assert column(course) == marks
 
 
 def test_what_a_person_gave_counts_and_what_waits_is_told(course, export):

@@ -6,19 +6,14 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.executor import seeds, trusted
-from robust_slam_autograder.grading import (
-    journal,
-    regrading,
-    results,
-    tasks,
-)
+from robust_slam_autograder.grading import journal, regrading, results, tasks
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
@@ -100,6 +95,17 @@ def in_gradebook(course: Path) -> dict[str, float]:
     return {name: sum(cells.values()) for name, cells in rows.items()}
 
 
+def answers_become(monkeypatch: pytest.MonkeyPatch, changed: Callable[[str, Any], object]) -> None:
+    """Change what comes of each student: a patch does not reach the processes that grade."""
+    every = trusted.run_each
+
+    def answers(*arguments: Any, **options: Any) -> Iterator[tuple[tasks.Task, Any]]:
+        for task, answer in every(*arguments, **options):
+            yield task, changed(task.job.student, answer)
+
+    monkeypatch.setattr(trusted, "run_each", answers)
+
+
 TABLE = """\
 student  exercise  before  after  change
 ada      double    6/10    10/10  +4
@@ -152,14 +158,7 @@ def test_apply_changes_results_and_gradebook_as_shown(course, regrade, autograde
 def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch):
     shown = changes(regrade)["changes"]
     graded: list[str] = []
-    every = trusted.run_each
-
-    def noted(*arguments: Any, **options: Any) -> Iterator[tuple[tasks.Task, Any]]:
-        for task, answer in every(*arguments, **options):
-            graded.append(task.job.student)
-            yield task, answer
-
-    monkeypatch.setattr(trusted, "run_each", noted)
+    answers_become(monkeypatch, lambda student, answer: graded.append(student) or answer)
     applied = changes(regrade, "--apply")
     assert applied["changes"] == shown and applied["applied"] is True
     assert graded == []
@@ -215,14 +214,8 @@ def test_a_submission_that_is_gone_is_named_and_its_mark_stays(course, regrade):
 
 def test_where_the_grader_fails_the_mark_stays(course, regrade, monkeypatch):
     shutil.rmtree(course / "out" / regrading.FOLDER_NAME)
-    # Student code runs in other processes, which a patch does not reach: their answers do.
-    every = trusted.run_each
-
-    def fails(*arguments: Any, **options: Any) -> Iterator[tuple[tasks.Task, Any]]:
-        for task, answer in every(*arguments, **options):
-            yield task, trusted.Broken("died") if task.job.student == "ada" else answer
-
-    monkeypatch.setattr(trusted, "run_each", fails)
+    broken = {"ada": trusted.Broken("died")}
+    answers_become(monkeypatch, broken.get)
     status, out, _ = regrade("--apply")
     assert status == 1 and "the grader failed on ada: the mark stays as it is" in out
     assert scores(course) == {"ada": 16, "bob": 10, "eve": 10}

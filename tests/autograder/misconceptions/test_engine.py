@@ -1,10 +1,7 @@
 """Wrong answers are named by what they return; what is not sure has no name."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -46,9 +43,7 @@ def digests(*values: object) -> tuple[str, ...]:
         ((1.0, 2.0), (1.0, "2.0"), False),
     ],
 )
-def test_the_same_values_alone_have_a_digest_in_common(
-    one: object, other: object, are_alike: bool
-) -> None:
+def test_the_same_values_alone_have_a_digest_in_common(one, other, are_alike):
     assert bool(set(digests(one)) & set(digests(other))) is are_alike
 
 
@@ -62,11 +57,11 @@ class Odd:
     [Odd(), object(), b"bytes", np.array(["a"]), np.zeros(300_000), [{}] * 9_000, {1: Odd()}],
     ids=lambda value: type(value).__name__,
 )
-def test_what_cannot_be_compared_has_no_digest(value: object) -> None:
+def test_what_cannot_be_compared_has_no_digest(value):
     assert digests(value) == ()
 
 
-def test_nested_and_many_values_come_to_an_end() -> None:
+def test_nested_and_many_values_come_to_an_end():
     deep: list[object] = []
     for _ in range(500):
         deep = [deep]
@@ -98,7 +93,7 @@ SHOWN = re.sub("(?m)^#.*\n", "", toy.DOUBLE_RANDOM)
 
 
 @pytest.fixture(scope="module")
-def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
+def engine(tmp_path_factory):
     tree = toy.make_tree(
         tmp_path_factory.mktemp("tree"), value=toy.source_notebook(double_random=SHOWN)
     )
@@ -114,21 +109,21 @@ FOURFOLD = "def double(x):\n    return 4 * np.asarray(x)"
 SIGNED = "def double(x):\n    return 2 * np.abs(x)"
 
 
-def test_an_author_s_label_comes_before_a_rule(engine: Engine) -> None:
+def test_an_author_s_label_comes_before_a_rule(engine):
     other = "def double(x):\n    return np.add(x, x) * 2"
     assert engine.says(FOURFOLD) == "what comes back is twice what it should be"
     label = engine.says(FOURFOLD, wrong("four", other, "Doubles it twice."))
     assert label == "your function doubles it twice"
 
 
-def test_one_failed_case_is_enough_for_an_author_s_label(engine: Engine) -> None:
+def test_one_failed_case_is_enough_for_an_author_s_label(engine):
     late = "def double(x):\n    y = 2 * np.asarray(x)\n    return y + 0.1234 * (y.size > 2)"
     assert engine.says(late, wrong("late", late, "Adds to rows.")) == "your function adds to rows"
 
 
 def test_a_batch_names_what_visible_cases_saw_and_keeps_it_through_the_hidden_pass(
-    engine: Engine, tmp_path: Path
-) -> None:
+    engine, tmp_path
+):
     tree = toy.make_tree(tmp_path, value=toy.source_notebook(double_random=SHOWN))
     tests = known.digest(tree / toy.NAME / f"{toy.NAME}.ipynb")
     known.write(tmp_path / "known", toy.NAME, Known(tests, "", {"double": engine.table()}))
@@ -142,17 +137,17 @@ def test_a_batch_names_what_visible_cases_saw_and_keeps_it_through_the_hidden_pa
 
 
 @pytest.mark.parametrize("value", ["no", True, 3.0])
-def test_words_and_whole_numbers_name_no_slip(engine: Engine, value: object) -> None:
+def test_words_and_whole_numbers_name_no_slip(engine, value):
     source = f"def double(x):\n    return {value!r}"
     assert engine.says(source, wrong("same", source, "Always says it.")) == ""
 
 
-def test_two_labels_for_the_same_values_are_none(engine: Engine) -> None:
+def test_two_labels_for_the_same_values_are_none(engine):
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
     assert engine.says(FOURFOLD, one, two) == ""
 
 
-def test_a_table_holds_no_label_that_could_be_read(engine: Engine, tmp_path: Path) -> None:
+def test_a_table_holds_no_label_that_could_be_read(engine, tmp_path):
     path = tmp_path / tables.FILE
     tables.write(path, {"double": engine.table(wrong("four", FOURFOLD, "Squares it."))})
     assert "quare" not in path.read_text()
@@ -161,7 +156,7 @@ def test_a_table_holds_no_label_that_could_be_read(engine: Engine, tmp_path: Pat
     assert tables.read(path) == {}
 
 
-def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() -> None:
+def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is():
     zero, one = (Candidate(f"`x` were {n}", fact=str(n), about="x") for n in (0, 1))
     other = Candidate("`c` were 1", about="c")
     told = [chosen(some) for some in ([zero], [zero, one], [zero, other])]

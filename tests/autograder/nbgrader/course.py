@@ -1,7 +1,5 @@
 """A small course for nbgrader: tests, a free-text answer and a task; and what it does with it."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -35,7 +33,6 @@ RELEASED_WHY = "Why twice?\nYOUR ANSWER HERE"
 
 
 def text_cell(source: str, grade_id: str, **fields: Any) -> dict[str, Any]:
-    """A Markdown cell with nbgrader's metadata."""
     made = toy.cell(source, grade_id, **fields)
     return {key: made[key] for key in ("id", "metadata", "source")} | {"cell_type": "markdown"}
 

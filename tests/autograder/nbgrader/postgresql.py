@@ -1,7 +1,5 @@
 """A PostgreSQL server for tests: Debian's own programs, in a temporary folder, gone afterwards."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pwd

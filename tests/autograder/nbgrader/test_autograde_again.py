@@ -1,7 +1,5 @@
 """What a person entered outlives every further run of nbgrader's and of the command line's."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from pathlib import Path
@@ -23,7 +21,7 @@ WRONG = toy.DOUBLE.replace("2 *", "3 *")
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
+def course(tmp_path):
     """A course of the test's own, with one submission."""
     course_of.make(tmp_path)
     course_of.hand_in(tmp_path, "ada", course_of.answer())

@@ -1,7 +1,5 @@
 """A mark by hand is one number wherever it is read, and outlives what is graded again."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shutil
@@ -26,7 +24,7 @@ ROSTER = "First name,Email address\nAda,ada\nBob,bob\n"
 
 
 @pytest.fixture(scope="module")
-def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def once(tmp_path_factory):
     """A class of two with free text and a task that a person marks: Ada's ``apply`` is wrong."""
     made = course_of.make(tmp_path_factory.mktemp("class") / "course")
     folder = course_of.hand_in(made, "ada", course_of.answer(apply=NO_HALF))
@@ -40,20 +38,17 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def graded(once: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The class, graded, in a folder of the test's own."""
+def graded(once, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return Path(shutil.copytree(once, tmp_path, dirs_exist_ok=True))
 
 
 @pytest.fixture
-def mark(graded: Path, autograder: Run) -> Run:
-    """Mark one of Ada's exercises."""
+def mark(graded, autograder):
     return lambda *arguments: autograder("mark", "ada", toy.NAME, *arguments)
 
 
 def api(course: Path) -> NbGraderAPI:
-    """What formgrader asks."""
     read_warily()
     config = nbgrader_settings(str(course))
     return NbGraderAPI(CourseDirectory(config=config), config=config)

@@ -3,15 +3,12 @@
 ``nbgrader autograde`` is tested beside it.
 """
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, FrameLocator, Page, expect
+from playwright.sync_api import FrameLocator, Page, expect
 from robust_slam_autograder import cli
 from robust_slam_autograder.grading import journal
 from robust_slam_autograder.publishing.student_release import release
@@ -36,7 +33,7 @@ class Class:
 
 
 @pytest.fixture(scope="module")
-def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
+def sample(tmp_path_factory, wall_name):
     working(wall_name)
     course = tmp_path_factory.mktemp("class")
     toy.make_tree(course)
@@ -52,14 +49,14 @@ def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
 
 
 @pytest.fixture
-def lab(sample: Class) -> Iterator[str]:
+def lab(sample):
     """The address of a JupyterLab in the course, started as the grader's README says."""
     with jupyterlab.running(sample.course, course_of.environment(sample.course)) as address:
         yield address
 
 
 @pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
+def page(browser):
     with jupyterlab.page_of(browser) as made:
         yield made
 

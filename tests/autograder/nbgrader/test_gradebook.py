@@ -1,7 +1,5 @@
 """The gradebook holds each case's points once, and follows the instructor's notebook."""
 
-from __future__ import annotations
-
 import contextlib
 import shutil
 import sqlite3
@@ -26,7 +24,7 @@ NAMES = ("double-by-hand", "double-random", "apply-by-hand", "apply-twice")
 
 
 @pytest.fixture(scope="module")
-def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def empty(tmp_path_factory):
     """A gradebook with nothing in it: to make one takes nbgrader a second."""
     path = tmp_path_factory.mktemp("empty") / "made" / "gradebook.db"
     gradebook.record(path, [], [])
@@ -34,8 +32,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def database(empty: Path, tmp_path: Path) -> Path:
-    """A gradebook of the test's own."""
+def database(empty, tmp_path):
     return Path(shutil.copy(empty, tmp_path / "gradebook.db"))
 
 

@@ -1,7 +1,5 @@
 """What nbgrader keeps in a submission's folder is a short plain file, or it is not there."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from pathlib import Path
 
@@ -15,7 +13,7 @@ from tests.autograder.timestamps import JUNK
 
 
 @pytest.fixture
-def api(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> NbGraderAPI:
+def api(monkeypatch, tmp_path):
     """nbgrader's object, changed for the test alone."""
     for owner, name in (
         (CourseDirectory, "get_existing_timestamp"),
@@ -27,7 +25,7 @@ def api(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> NbGraderAPI:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     path = tmp_path / "submitted" / "ada" / "07-toy"
     path.mkdir(parents=True)
     return path
@@ -44,6 +42,11 @@ def test_what_holds_no_time_is_read_as_none(api, folder, spoil):
     assert times(api, folder) == {None}
     spoil(folder / "timestamp.txt")
     assert times(api, folder) == {None}
+
+
+def test_a_plain_time_is_read(api, folder):
+    (folder / "timestamp.txt").write_text("2026-03-01 12:00:00 UTC")
+    assert times(api, folder) == {datetime(2026, 3, 1, 12)}
 
 
 def test_both_files_are_kept_where_they_are_plain(folder):

@@ -1,7 +1,5 @@
 """What formgrader and feedback show: the student's text, how each case went, and nothing live."""
 
-from __future__ import annotations
-
 import json
 import resource
 import subprocess
@@ -27,7 +25,7 @@ pytestmark = pytest.mark.rest
 
 
 @pytest.fixture
-def tests() -> Assignment:
+def tests():
     return course_of.with_text()
 
 

@@ -1,12 +1,10 @@
 """A gradebook that several graders share: nothing is lost, be it PostgreSQL or SQLite."""
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,14 +19,13 @@ from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import MAX_NAME
 from robust_slam_autograder.reading.submission import DATABASE_VARIABLE
-from sqlalchemy import URL
 
 from tests.autograder import toy
 from tests.autograder.conftest import Run
 from tests.autograder.nbgrader import course as course_of
 from tests.autograder.nbgrader import postgresql
 from tests.autograder.nbgrader.course import FULL, marked, with_text
-from tests.autograder.nbgrader.postgresql import PASSWORD, Server
+from tests.autograder.nbgrader.postgresql import PASSWORD
 from tests.conftest import leave_out
 
 pytestmark = pytest.mark.rest
@@ -38,8 +35,7 @@ NUMBERS = itertools.count()
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    """A server of this module's own."""
+def server():
     if postgresql.programs() is None:
         leave_out("PostgreSQL is not installed: apt install postgresql")
     with postgresql.running() as started:
@@ -47,7 +43,7 @@ def server() -> Iterator[Server]:
 
 
 @pytest.fixture
-def shared(server: Server) -> URL:
+def shared(server):
     """The address of an empty database."""
     name = f"test{next(NUMBERS)}"
     server.run(f"CREATE DATABASE {name}")
@@ -55,12 +51,11 @@ def shared(server: Server) -> URL:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def place(request: pytest.FixtureRequest, tmp_path: Path) -> Location:
+def place(request, tmp_path):
     """Where there is no gradebook yet, of each kind."""
     if request.param == "sqlite":
         return tmp_path / "shared" / "gradebook.db"
-    url: URL = request.getfixturevalue("shared")
-    return url
+    return request.getfixturevalue("shared")
 
 
 def scores(place: Location) -> dict[str, float]:
@@ -175,7 +170,7 @@ class TestPostgresIsStrict:
 
 
 @pytest.fixture
-def run(course: Path, autograder: Run) -> Run:
+def run(course, autograder):
     """Run a command on the course, with results of its own."""
     return lambda name, *arguments: autograder(name, "--out", course / "out", *arguments)
 
@@ -254,7 +249,7 @@ class TestMistakes:
     """What is wrong is said with its remedy, and never a password."""
 
     @pytest.fixture
-    def grade_ada(self, course: Path, run: Run) -> Run:
+    def grade_ada(self, course, run):
         paths = (course / "submitted" / "ada" / toy.NAME, *toy.quickly())
         return lambda *arguments: run("grade", *paths, *arguments)
 

@@ -1,7 +1,5 @@
 """The gradebook as CSV: nbgrader's columns, and names that stay names."""
 
-from __future__ import annotations
-
 import csv
 import warnings
 from datetime import datetime
@@ -22,7 +20,7 @@ ODD = (*FORMULAS, "Hopper, Grace", 'the "boss"', "o'neill", "a=b")
 
 
 @pytest.fixture(scope="module")
-def gradebook(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def gradebook(tmp_path_factory):
     """Two assignments, one of them handed in by some, with a late penalty."""
     path = tmp_path_factory.mktemp("csv") / "gradebook.db"
     database.make(path)  # nbgrader itself would start two processes for it

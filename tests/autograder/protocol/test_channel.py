@@ -1,11 +1,9 @@
 """Calls go both ways over a pair of pipes, and end in time."""
 
-from __future__ import annotations
-
 import os
 import struct
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import msgpack
@@ -47,12 +45,8 @@ class Pair:
         os.close(self.ends.pop(1))
 
 
-Make = Callable[..., Pair]
-"""Makes a pair from the functions that the other end offers."""
-
-
 @pytest.fixture
-def pair() -> Iterator[Make]:
+def pair():
     made: list[Pair] = []
 
     def make(**named: Callable[..., Any]) -> Pair:
@@ -64,12 +58,12 @@ def pair() -> Iterator[Make]:
         each.close()
 
 
-def test_a_call_returns_what_the_function_returns(pair: Make) -> None:
+def test_a_call_returns_what_the_function_returns(pair):
     got = pair(add=lambda a, b: a + b).call("add", np.arange(3), b=1.5)
     assert got.tolist() == [1.5, 2.5, 3.5]
 
 
-def test_functions_are_called_back(pair: Make) -> None:
+def test_functions_are_called_back(pair):
     ends = pair(apply=lambda f, x: f(f(x)), make=lambda k: lambda x: k * x)
     assert ends.call("apply", lambda x: 3 * x, 2) == 18
     triple = ends.call("make", 3)
@@ -77,7 +71,7 @@ def test_functions_are_called_back(pair: Make) -> None:
     assert ends.call("apply", triple, 2) == 18
 
 
-def test_a_function_comes_home_as_itself(pair: Make) -> None:
+def test_a_function_comes_home_as_itself(pair):
     def mine(x: int) -> int:
         return x
 
@@ -85,7 +79,7 @@ def test_a_function_comes_home_as_itself(pair: Make) -> None:
 
 
 @pytest.mark.parametrize("error", [ValueError("why"), SystemExit(3), KeyboardInterrupt()])
-def test_whatever_a_function_raises_is_told(pair: Make, error: BaseException) -> None:
+def test_whatever_a_function_raises_is_told(pair, error):
     def fail() -> None:
         raise error
 
@@ -95,7 +89,7 @@ def test_whatever_a_function_raises_is_told(pair: Make, error: BaseException) ->
     assert caught.value.message == str(error)
 
 
-def test_an_exception_that_cannot_tell_itself_is_told(pair: Make) -> None:
+def test_an_exception_that_cannot_tell_itself_is_told(pair):
     class Mute(Exception):
         def __str__(self) -> str:
             raise SystemExit
@@ -108,7 +102,7 @@ def test_an_exception_that_cannot_tell_itself_is_told(pair: Make) -> None:
     assert caught.value.types == ("Mute", "Exception", "BaseException")
 
 
-def test_what_cannot_cross_is_an_error_and_the_channel_lives(pair: Make) -> None:
+def test_what_cannot_cross_is_an_error_and_the_channel_lives(pair):
     ends = pair(give=lambda: {1, 2}, same=lambda x: x)
     with pytest.raises(RaisedThere, match="cannot cross"):
         ends.call("give")
@@ -117,7 +111,7 @@ def test_what_cannot_cross_is_an_error_and_the_channel_lives(pair: Make) -> None
     assert ends.call("same", 1) == 1
 
 
-def test_calls_nested_without_end_are_an_error(pair: Make) -> None:
+def test_calls_nested_without_end_are_an_error(pair):
     ends = pair(again=lambda f: f(f))
 
     def near(f: Callable[..., Any]) -> Any:
@@ -127,7 +121,7 @@ def test_calls_nested_without_end_are_an_error(pair: Make) -> None:
         ends.call("again", near)
 
 
-def test_threads_of_the_other_side_take_turns(pair: Make) -> None:
+def test_threads_of_the_other_side_take_turns(pair):
     def at_once(f: Callable[[int], int]) -> list[int]:
         got: list[int] = []
         threads = [threading.Thread(target=lambda n=n: got.append(f(n))) for n in range(8)]
@@ -140,7 +134,7 @@ def test_threads_of_the_other_side_take_turns(pair: Make) -> None:
     assert pair(at_once=at_once).call("at_once", lambda n: n * n) == [n * n for n in range(8)]
 
 
-def test_a_deadline_ends_the_wait_for_an_answer(pair: Make) -> None:
+def test_a_deadline_ends_the_wait_for_an_answer(pair):
     over = threading.Event()
     ends = pair(wait=lambda: over.wait(60))
     ends.near.patience = Meter().start(0.1 / WALL_FACTOR).left
@@ -149,7 +143,7 @@ def test_a_deadline_ends_the_wait_for_an_answer(pair: Make) -> None:
     over.set()
 
 
-def test_a_deadline_ends_writing_to_one_who_does_not_read(pair: Make) -> None:
+def test_a_deadline_ends_writing_to_one_who_does_not_read(pair):
     ends = pair()
     ends.near.patience = Meter().start(0.1 / WALL_FACTOR).left
     with pytest.raises(DeadlineExceeded):
@@ -182,7 +176,7 @@ def frame(value: object) -> bytes:
     ],
     ids=range(15),
 )
-def test_a_message_of_another_shape_ends_the_conversation(pair: Make, data: bytes) -> None:
+def test_a_message_of_another_shape_ends_the_conversation(pair, data):
     ends = pair()
     ends.near.patience = Meter().start(5).left
     os.write(ends.raw, data)
@@ -190,7 +184,7 @@ def test_a_message_of_another_shape_ends_the_conversation(pair: Make, data: byte
         ends.call("any")
 
 
-def test_a_call_of_an_unknown_function_is_told_and_the_answer_still_comes(pair: Make) -> None:
+def test_a_call_of_an_unknown_function_is_told_and_the_answer_still_comes(pair):
     ends = pair()
     ends.near.patience = Meter().start(5).left
     for target in (["name", "f"], ["yours", 3], ["yours", -1], ["yours", [1]], [[], 1]):
@@ -199,7 +193,7 @@ def test_a_call_of_an_unknown_function_is_told_and_the_answer_still_comes(pair: 
     assert ends.call("any") == "answer"
 
 
-def test_an_error_of_strange_types_is_an_error_still(pair: Make) -> None:
+def test_an_error_of_strange_types_is_an_error_still(pair):
     ends = pair()
     told = {"types": [["x"] * 9, 7] * 50, "message": {"a": 1}, "line": "no"}
     os.write(ends.raw, frame(["raise", 1, told]))

@@ -1,7 +1,5 @@
 """Plain data crosses unchanged; nothing else crosses, in either direction."""
 
-from __future__ import annotations
-
 import enum
 import struct
 from typing import Any
@@ -36,7 +34,7 @@ def widened(value: object) -> Any:
 
 @settings(max_examples=25)
 @given(st.integers(1, 60), st.sampled_from([list, tuple]))
-def test_a_sender_refuses_what_its_reader_would(depth: int, kind: type) -> None:
+def test_a_sender_refuses_what_its_reader_would(depth, kind):
     value: object = 1
     for _ in range(depth):
         value = kind([value])
@@ -53,12 +51,12 @@ LARGE = [np.zeros(wire.MAX_MESSAGE // 8 + 1), [0] * (wire.MAX_ITEMS + 1)]
 @pytest.mark.parametrize(
     "value", [*values.REFUSED, *LARGE], ids=lambda value: type(value).__name__
 )
-def test_nothing_else_crosses(value: object) -> None:
+def test_nothing_else_crosses(value):
     with pytest.raises(WireError):
         wire.encode(value, export)
 
 
-def test_subclasses_cross_as_what_they_extend() -> None:
+def test_subclasses_cross_as_what_they_extend():
     class Lying(float):
         def __eq__(self, other: object) -> bool:
             return True
@@ -93,14 +91,14 @@ METHODS += ("keys", "items", "copy", "__complex__", "__pos__", "__array__", "__s
 @pytest.mark.parametrize(
     "value", ["a", 3, 2**70, 0.5, 1 + 2j, (1, 2), [1, 2], {"a": 1}, np.float64(0.5), np.int64(3)]
 )
-def test_a_subclass_crosses_as_its_base_sees_it(value: Any) -> None:
+def test_a_subclass_crosses_as_its_base_sees_it(value):
     base = type(value)
     told = type("Told", (base,), dict.fromkeys(METHODS, other))(value)
     got = crossed([told])[0]
     assert type(got) is base and got == value
 
 
-def test_a_word_of_an_enumeration_crosses_as_its_text() -> None:
+def test_a_word_of_an_enumeration_crosses_as_its_text():
     assert str(Word.YES) == "Word.YES"
     assert crossed([Word.YES, {Word.YES: (Word.YES,)}]) == [
         "certified",
@@ -108,14 +106,14 @@ def test_a_word_of_an_enumeration_crosses_as_its_text() -> None:
     ]
 
 
-def test_arrays_are_copies_that_can_be_written_to() -> None:
+def test_arrays_are_copies_that_can_be_written_to():
     got = crossed(np.arange(6).reshape(2, 3).T)
     got[0, 0] = 5
     assert got.tolist() == [[5, 3], [1, 4], [2, 5]]
 
 
 @pytest.mark.parametrize("char", ["b", "B", "h", "H", "i", "I", "l", "L", "q", "Q"])
-def test_differences_of_a_students_integers_do_not_wrap(char: str) -> None:
+def test_differences_of_a_students_integers_do_not_wrap(char):
     """What falls does not seem to rise."""
     least, most = np.iinfo(char).min, min(np.iinfo(char).max, 2**62)
     for before, after in ((3, 2), (most, most - 1)):
@@ -126,13 +124,13 @@ def test_differences_of_a_students_integers_do_not_wrap(char: str) -> None:
     assert widened(np.zeros((0, 2), char)).dtype == np.int64
 
 
-def test_integers_that_no_signed_type_holds_are_read_as_double() -> None:
+def test_integers_that_no_signed_type_holds_are_read_as_double():
     array, scalar = widened([np.array([2**63, 2**64 - 1, 0], np.uint64), np.uint64(2**63)])
     assert array.dtype == np.float64 and array.tolist() == [2.0**63, 2.0**64, 0.0]
     assert type(scalar) is np.float64 and np.diff(array)[1] < 0
 
 
-def test_other_numbers_keep_their_kind() -> None:
+def test_other_numbers_keep_their_kind():
     half, single, truth = widened([np.float16(0.1), np.complex64(1j), np.array([True])])
     assert (half.dtype, single.dtype, truth.dtype) == (np.float64, np.complex128, np.bool)
     assert half == float(np.float16(0.1))
@@ -171,15 +169,13 @@ def extension(code: int, body: bytes) -> bytes:
     ],
     ids=range(23),
 )
-def test_hand_written_bytes_are_refused(data: bytes) -> None:
+def test_hand_written_bytes_are_refused(data):
     with pytest.raises(WireError):
         wire.decode(data, resolve)
 
 
 @pytest.mark.parametrize("many", [b"\x90", b"\x80", b"\xc7\x00\x03", b"\xc0"], ids=repr)
-def test_a_message_of_many_items_is_refused_at_a_bounded_cost(
-    many: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_message_of_many_items_is_refused_at_a_bounded_cost(many, monkeypatch):
     monkeypatch.setattr(wire, "MAX_ITEMS", 10_000)
     number = 9_000
     data = b"\x93" + (b"\xdd" + struct.pack(">I", number) + many * number) * 3
@@ -191,7 +187,7 @@ def test_a_message_of_many_items_is_refused_at_a_bounded_cost(
     assert calls(refuse) <= 4 * wire.MAX_ITEMS
 
 
-def test_colliding_keys_are_few() -> None:
+def test_colliding_keys_are_few():
     keys = [complex(-1000003 * n, n) for n in range(2000)]
     body = b"".join(extension(4, msgpack.packb([k.real, k.imag])) + b"\xc0" for k in keys)
     with pytest.raises(WireError, match="key"):

@@ -1,7 +1,5 @@
 """An assignment's archive: the same bytes each time, and a README that can be followed."""
 
-from __future__ import annotations
-
 import io
 import os
 import re
@@ -27,7 +25,6 @@ WHEEL = r"packages/(the_grader|toy_library)-1\.0\+d[0-9a-f]{10}-py3-none-any\.wh
 
 
 def archive_of(out: Path, name: str = toy.NAME) -> dict[str, bytes]:
-    """What an assignment's archive holds."""
     with zipfile.ZipFile(out / f"{name}.zip") as archive:
         return {each.removeprefix(f"{name}/"): archive.read(each) for each in archive.namelist()}
 
@@ -45,7 +42,7 @@ class Released:
 
 
 @pytest.fixture(scope="module")
-def released(tmp_path_factory: pytest.TempPathFactory) -> Released:
+def released(tmp_path_factory):
     """A course of two assignments, of which the second brings files of its own.
 
     It has a repository's address, from which nothing of an archive is installed.
@@ -62,8 +59,7 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Released:
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Path:
-    """The source tree of a course of the test's own."""
+def tree(tmp_path):
     return world.make(tmp_path / "course")
 
 

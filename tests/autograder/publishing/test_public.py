@@ -1,7 +1,5 @@
 """The public course is what is listed and no answer; where it would tell, nothing is written."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -25,7 +23,7 @@ SECRET = "history.append(f(history[-1])) or None"
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Path:
+def tree(tmp_path):
     """The source tree of a course whose solution has a telling line."""
     tree = world.make(tmp_path / "course")
     apply = toy.APPLY.replace("history.append(f(history[-1]))", SECRET)
@@ -34,7 +32,7 @@ def tree(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def out(tmp_path: Path) -> Path:
+def out(tmp_path):
     return tmp_path / "public"
 
 

@@ -1,7 +1,5 @@
 """A release holds what students need and no answer; where it would, nothing is written."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +17,7 @@ SOLUTION_CANARY = "canary-of-the-solution-9b2"
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Path:
+def tree(tmp_path):
     """The toy's source tree, with a canary in a solution and outputs that tell."""
     double = toy.DOUBLE.replace("    return", f"    # {SOLUTION_CANARY}\n    return")
     value = toy.source_notebook(double=double)

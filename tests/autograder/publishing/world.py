@@ -1,7 +1,5 @@
 """A small course in a repository of its own: the toy assignment, a book, a library, tests."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path

@@ -112,6 +112,33 @@ def test_a_configuration_that_cannot_be_used_names_the_key(tmp_path, text, sente
         assignments.load_config(path)
 
 
+@pytest.mark.parametrize(
+    ("table", "lost", "told"),
+    [
+        (
+            "[sections]\ndoubel = 'Heading'",
+            "",
+            "names 'doubel'; the exercises are double, apply",
+        ),
+        ("[sections]\ndouble = 'A heading'", "def double", "names 'double'; the exercises are d"),
+        ("[hints]\ndouble = ['One.']", "def double", f"mark its cells in {toy.NAME}.ipynb again"),
+        ("[hints]\ndouble = ['One.', 2]", "", "hints.double.2 has a value of the wrong type (2)"),
+        ("[sections]\ndouble = 1", "", "sections.double has a value of the wrong type (1)"),
+    ],
+)
+def test_sections_and_hints_are_of_exercises_or_the_file_is_named(tmp_path, table, lost, told):
+    """A cell that lost its marks is none."""
+    value = toy.source_notebook()
+    for cell in value["cells"]:
+        if lost and lost in cell["source"]:
+            cell["metadata"] = {}
+    folder = toy.make_tree(tmp_path, table, value) / toy.NAME
+    with pytest.raises(WrongUse) as caught:
+        assignments.load(folder / f"{toy.NAME}.ipynb")
+    assert str(caught.value).startswith(f"{folder / 'autograder.toml'}: ")
+    assert told in str(caught.value)
+
+
 def test_a_tree_names_its_assignments_and_nothing_else(tmp_path):
     tree = toy.make_tree(tmp_path)
     toy.write(tree / ".ipynb_checkpoints" / "x.ipynb", toy.answer())

@@ -1,7 +1,5 @@
 """The pages that the tests look at, and a reader of their tags."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from html.parser import HTMLParser

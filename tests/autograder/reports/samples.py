@@ -1,7 +1,5 @@
 """Results and hostile texts for the tests of what students read."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from robust_slam_autograder.grading.explain import HERE
@@ -71,12 +69,10 @@ def result(*exercises: ExerciseResult, student: str = "ada", **fields: Any) -> R
 
 
 def refused(reason: str, *, student: str = "ada") -> Result:
-    """A submission that could not be read."""
     return without_grade("refused", reason, student=student, assignment="07-toy", max_score=20)
 
 
 def failed(reason: str, *, student: str = "ada") -> Result:
-    """A submission on which the grader failed."""
     return without_grade("failed", reason, student=student, assignment="07-toy", max_score=20)
 
 

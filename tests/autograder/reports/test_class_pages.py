@@ -1,7 +1,5 @@
 """The instructor's pages say the numbers in words and tables, and no more than they may."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 
@@ -18,7 +16,7 @@ from tests.autograder.test_markup import for_any_text
 
 
 @pytest.fixture(scope="module")
-def made() -> dict[str, str]:
+def made():
     return pages.of_classes()
 
 
@@ -177,7 +175,7 @@ def of_all_kinds(text: str) -> tuple[Skeleton, ...]:
 
 
 @pytest.fixture(scope="module")
-def harmless() -> tuple[Skeleton, ...]:
+def harmless():
     return of_all_kinds("harmless")
 
 

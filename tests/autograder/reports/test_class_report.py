@@ -1,7 +1,5 @@
 """What an instructor is told of a class: counts that add up, and names only where asked for."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,26 +1,20 @@
 """What a student reads: plain sentences, the hint and no more."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
-from docutils.nodes import make_id
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
-from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import documents, feedback
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 from tests.autograder.reports import samples
 from tests.autograder.reports.pages import SITE, Skeleton, page
 from tests.autograder.reports.samples import case, exercise, result
@@ -190,37 +184,9 @@ class TestChapter:
         assert "](" not in feedback.markdown(shown)
         assert page(result(samples.PARTLY), Config()).exercises[0].reading is None
 
-    @pytest.mark.parametrize(
-        ("sections", "sentence"),
-        [
-            ('doubel = "A heading"', "names 'doubel'; the exercises are double, apply"),
-            ("double = 1", "double has a value of the wrong type"),
-        ],
-    )
-    def test_sections_are_of_exercises_that_there_are(self, tmp_path, sections, sentence):
-        tree = toy.make_tree(tmp_path, f"[sections]\n{sections}\n")
-        with pytest.raises(WrongUse, match=sentence):
-            assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
-
-
-@pytest.mark.parametrize("name", assignments.find_names(ASSIGNMENTS))
-class TestCourse:
-    def test_anchors_follow_the_books_rule(self, name):
-        config = assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
-        headings = chapter_headings(config.chapter)
-        assert len(headings) > 10
-        assert [feedback.anchor(each) for each in headings] == [make_id(each) for each in headings]
-
-
-def chapter_headings(chapter: str) -> list[str]:
-    notebook = json.loads((ROOT / "chapters" / f"{chapter}.ipynb").read_text(encoding="utf-8"))
-    cells = (cell for cell in notebook["cells"] if cell["cell_type"] == "markdown")
-    lines = (line for cell in cells for line in "".join(cell["source"]).split("\n"))
-    return [line.lstrip("#").strip() for line in lines if line.startswith("#")]
-
 
 @pytest.fixture(scope="module")
-def harmless() -> tuple[list[tuple[str, Any]], list[str]]:
+def harmless():
     """The tags of a page, and the shape of its Markdown."""
     made = Skeleton(feedback.html(page(samples.told("harmless"))))
     return made.tags, markdown_shape("harmless")
@@ -253,7 +219,7 @@ def markdown_shape(text: str) -> list[str]:
 
 class TestCommand:
     @pytest.fixture(scope="class")
-    def once(self, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    def once(self, tmp_path_factory):
         """A folder with a source tree and results of three students, one of them hostile."""
         folder = tmp_path_factory.mktemp("once")
         tree = toy.make_tree(
@@ -272,12 +238,11 @@ class TestCommand:
         return folder
 
     @pytest.fixture
-    def graded(self, once: Path, tmp_path: Path) -> Path:
-        """A copy of the test's own."""
+    def graded(self, once, tmp_path):
         return Path(shutil.copytree(once, tmp_path, dirs_exist_ok=True))
 
     @pytest.fixture
-    def run(self, graded: Path, autograder: Run) -> Run:
+    def run(self, graded, autograder):
         where = ("--out", graded / "graded", "--to", graded / "feedback")
         return lambda *arguments: autograder("feedback", *where, *arguments)
 

@@ -1,17 +1,13 @@
 """The pages in Chromium: only read, read by all, on every screen and on paper."""
 
-from __future__ import annotations
-
 import itertools
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 from robust_slam_autograder import layout
 
 from tests.autograder.reports import pages
 from tests.book.test_accessible import COLOURS, violations
-from tests.chromium import Opener
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
@@ -40,7 +36,7 @@ IDS = "[...document.querySelectorAll('[id]')].map(one => one.id)"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("pages")
     for name, text in (pages.of_students() | pages.of_classes()).items():
         (made / f"{name}.html").write_text(text, encoding="utf-8")
@@ -48,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def opened(folder: Path, open_page: Opener) -> Opener:
+def opened(folder, open_page):
     return lambda name, scheme="light": open_page(
         (folder / f"{name}.html").as_uri(), color_scheme=scheme
     )
@@ -139,7 +135,7 @@ def test_keys_lead_to_the_exercise_to_start_with(opened):
 
 class TestManyStudents:
     @pytest.fixture
-    def many(self, opened: Opener) -> Page:
+    def many(self, opened):
         return opened("many").page
 
     def test_keys_open_what_is_folded(self, many):
@@ -172,7 +168,7 @@ class TestManyStudents:
 
 class TestHeatMap:
     @pytest.fixture
-    def index(self, opened: Opener) -> Page:
+    def index(self, opened):
         return opened("index").page
 
     def test_on_a_phone_it_scrolls_in_its_own_box_by_keys(self, index):

@@ -1,16 +1,12 @@
 """Answers that are nearly one text are found under other names, and nothing else is."""
 
-from __future__ import annotations
-
 import re
-from pathlib import Path
 
 import pytest
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.reports import similar
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 from tests.autograder.reports import samples
 
 RELEASED = '''\
@@ -88,7 +84,7 @@ def double(x):
 
 
 @pytest.fixture
-def report(tmp_path: Path, autograder: Run) -> Run:
+def report(tmp_path, autograder):
     toy.make_tree(tmp_path)
     for student, text in {"ada": DOUBLE, "bob": DOUBLE, "cleo": toy.DOUBLE}.items():
         toy.hand_in(tmp_path / "submitted", student, toy.answer(text))

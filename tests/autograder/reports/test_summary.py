@@ -1,9 +1,6 @@
 """A batch's summaries: marks and words; no name where none is wanted."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +11,6 @@ from robust_slam_autograder.reports import summary
 from tests.autograder.reports import samples
 from tests.autograder.test_markup import GITHUB, for_any_text
 
-Render = Callable[..., str]
 COUNTS = {"graded": 3, "refused": 1, "failed": 1, "kept": 0}
 MARKS = [
     samples.result(samples.PASSED, student="zoe"),
@@ -92,7 +88,7 @@ def shape(text: str) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def harmless() -> list[str]:
+def harmless():
     return shape("x")
 
 

@@ -1,7 +1,5 @@
 """Results as text: a word beside every sign, and no "all passed" that is not true."""
 
-from __future__ import annotations
-
 from robust_slam_autograder.reports import terminal
 
 from tests.autograder.reports import samples

@@ -1,7 +1,5 @@
 """Other interpreters with the grader's packages, made of links to this one's files."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import site
@@ -61,7 +59,6 @@ def _link(source: os.PathLike[str] | str, place: os.PathLike[str] | str) -> None
 
 
 def of_the_system(folder: Path) -> Path:
-    """A virtual environment of the system's Python."""
     subprocess.run([SYSTEM, "-m", "venv", "--without-pip", folder / "venv"], check=True)
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     fill(folder / "venv" / "lib" / version / "site-packages")

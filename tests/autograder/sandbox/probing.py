@@ -1,7 +1,5 @@
 """How tests look at a sandbox from within, and at its processes from outside."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

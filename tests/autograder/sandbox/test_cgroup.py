@@ -1,14 +1,11 @@
 """Memory that no process's size shows: refused, or counted by a control group."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -53,13 +50,13 @@ def locks():
 
 
 @pytest.mark.sandbox
-def test_what_sockets_hold_is_counted_for_each_open_file(wall: Sandbox) -> None:
+def test_what_sockets_hold_is_counted_for_each_open_file(wall):
     total, pairs = run(wall, "held", HOLDERS)
     assert 0 < total <= 2 * pairs * watch.SOCKET_BYTES
 
 
 @pytest.mark.sandbox
-def test_locks_are_none(wall: Sandbox) -> None:
+def test_locks_are_none(wall):
     """A lock on a file that sandboxes share would make others wait; many take memory."""
     with started(HOLDERS, names=("locks",), wall=wall, packages=ATTACKERS) as session:
         inode = session.bindings()["locks"]()
@@ -72,7 +69,7 @@ def may_make_groups() -> bool:
 
 
 @pytest.fixture
-def group() -> Iterator[Group]:
+def group():
     """A group for a sandbox."""
     problem = cgroup.problem()
     if problem is not None and may_make_groups():
@@ -117,7 +114,7 @@ def files(group: Group, names: tuple[str, str]) -> list[Path]:
     return [path for name in names if (path := group.folder / name).exists()]
 
 
-def test_a_group_has_the_sandboxs_limit_and_counts_what_sockets_hold(group: Group) -> None:
+def test_a_group_has_the_sandboxs_limit_and_counts_what_sockets_hold(group):
     assert [int(path.read_text()) for path in files(group, LIMITS)] == [terms.MEMORY_BYTES]
     with fill(group, 200) as process:
         assert process.stdout.readline() == "full\n"
@@ -125,7 +122,7 @@ def test_a_group_has_the_sandboxs_limit_and_counts_what_sockets_hold(group: Grou
         process.stdin.close()
 
 
-def test_a_group_ends_what_holds_more(group: Group) -> None:
+def test_a_group_ends_what_holds_more(group):
     for path in files(group, LIMITS):
         path.write_text(str(64 * 2**20))
     with fill(group, 400) as process:
@@ -146,7 +143,7 @@ def groups_of(wall: Sandbox) -> set[str]:
 
 
 @pytest.mark.sandbox
-def test_each_sandbox_has_a_group_while_it_runs(wall: Sandbox, group: Group) -> None:
+def test_each_sandbox_has_a_group_while_it_runs(wall, group):
     running = [wall.start(LAUNCH) for _ in range(2)]
     assert [one.await_ready() for one in running] == [None, None]
     names = groups_of(wall)
@@ -157,7 +154,7 @@ def test_each_sandbox_has_a_group_while_it_runs(wall: Sandbox, group: Group) -> 
 
 
 @pytest.mark.sandbox
-def test_a_group_goes_with_a_student_that_is_killed(wall: Sandbox, group: Group) -> None:
+def test_a_group_goes_with_a_student_that_is_killed(wall, group):
     running = wall.start(LAUNCH)
     assert running.await_ready() is None
     (name,) = groups_of(wall)
@@ -168,7 +165,7 @@ def test_a_group_goes_with_a_student_that_is_killed(wall: Sandbox, group: Group)
     assert not (group.folder.parent / name).exists()
 
 
-def test_what_a_killed_grader_left_is_removed(group: Group) -> None:
+def test_what_a_killed_grader_left_is_removed(group):
     parent = group.folder.parent
     left = parent / f"{cgroup.PREFIX}0-left"
     left.mkdir()
@@ -190,9 +187,7 @@ SYSTEMD = """\
 """
 
 
-def test_with_version_2_the_nearest_group_that_counts_its_children_is_taken(
-    tmp_path: Path,
-) -> None:
+def test_with_version_2_the_nearest_group_that_counts_its_children_is_taken(tmp_path):
     """A group with processes of its own cannot count its children's memory: one around it can."""
     own = tmp_path / SYSTEMD.strip()[len("0::/") :]
     own.mkdir(parents=True)
@@ -205,7 +200,7 @@ def test_with_version_2_the_nearest_group_that_counts_its_children_is_taken(
     assert cgroup.parent(tmp_path) == own.parent
 
 
-def test_where_there_are_no_groups_nothing_is_made(tmp_path: Path) -> None:
+def test_where_there_are_no_groups_nothing_is_made(tmp_path):
     for name in ("mountinfo", "cgroup"):
         (tmp_path / name).touch()
     assert cgroup.parent(tmp_path) is None

@@ -1,13 +1,10 @@
 """The fork server: shared by processes, and gone with the one that owns it."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -24,8 +21,7 @@ pytestmark = pytest.mark.sandbox
 
 
 @pytest.fixture(scope="module")
-def wall() -> Fork:
-    """A fork server of these tests' own."""
+def wall():
     working("fork")
     return Fork()
 
@@ -45,7 +41,7 @@ running.stop()
 """
 
 
-def test_other_processes_use_the_same_server(wall: Fork) -> None:
+def test_other_processes_use_the_same_server(wall):
     command = [sys.executable, "-c", USER, pickle.dumps((wall, LAUNCH)).hex()]
     users = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     assert [user.communicate()[0] for user in users] == ["None\n"] * 2
@@ -66,11 +62,11 @@ time.sleep(600)
 
 
 @pytest.fixture
-def owner(wall: Fork) -> Iterator[tuple[int, Path]]:
+def owner(wall):
     """A process that owns a fork server with a student, and the server's folder."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     command = [sys.executable, "-c", OWNER]
-    with subprocess.Popen(command, start_new_session=True, **options) as process:  # type: ignore[call-overload]
+    with subprocess.Popen(command, start_new_session=True, **options) as process:
         try:
             said, home = process.stdout.readline().split()
             assert said == "None" and len(processes_of(Path(home))) > 1
@@ -83,15 +79,13 @@ def owner(wall: Fork) -> Iterator[tuple[int, Path]]:
     "end", [lambda pid: os.kill(pid, signal.SIGKILL), lambda pid: os.killpg(pid, signal.SIGINT)],
     ids=["killed alone", "interrupted with its group"],
 )  # fmt: skip
-def test_servers_and_students_end_with_their_owner(
-    owner: tuple[int, Path], end: Callable[[int], None]
-) -> None:
+def test_servers_and_students_end_with_their_owner(owner, end):
     pid, home = owner
     end(pid)
     wait_for(lambda: not processes_of(home) and not home.exists())
 
 
-def test_a_student_does_not_outlive_its_keeper(wall: Fork) -> None:
+def test_a_student_does_not_outlive_its_keeper(wall):
     running = launched(wall)
     server = min(processes_of(wall.home), key=lambda process: process.create_time())
     (keeper,) = server.children()
@@ -100,9 +94,7 @@ def test_a_student_does_not_outlive_its_keeper(wall: Fork) -> None:
     running.stop()
 
 
-def test_a_stopped_student_leaves_nothing_but_a_server_that_no_other_user_may_ask(
-    wall: Fork,
-) -> None:
+def test_a_stopped_student_leaves_nothing_but_a_server_that_no_other_user_may_ask(wall):
     running = launched(wall)
     assert len(processes_of(wall.home)) > 1
     running.stop()
@@ -114,7 +106,7 @@ def test_a_stopped_student_leaves_nothing_but_a_server_that_no_other_user_may_as
     assert address.stat().st_uid == os.getuid()
 
 
-def test_a_server_that_was_killed_is_started_again(wall: Fork) -> None:
+def test_a_server_that_was_killed_is_started_again(wall):
     wall.start(LAUNCH).stop()
     (server,) = processes_of(wall.home)
     server.kill()
@@ -122,12 +114,12 @@ def test_a_server_that_was_killed_is_started_again(wall: Fork) -> None:
     launched(wall).stop()
 
 
-def test_what_the_grader_itself_needs_cannot_be_withheld(wall: Fork) -> None:
+def test_what_the_grader_itself_needs_cannot_be_withheld(wall):
     with pytest.raises(GraderFailure, match="numpy is withheld"):
         wall.start(Launch(withheld=("numpy",), used=(), cpu_seconds=20))
 
 
-def test_a_withheld_module_is_not_imported_ahead() -> None:
+def test_a_withheld_module_is_not_imported_ahead():
     """Its code would be in the student's memory, whatever the files say."""
     name = ("json.tool",)
     launched(Fork(), Launch(withheld=name, used=(), cpu_seconds=20, preload=name)).stop()
@@ -144,7 +136,7 @@ def look():
 """
 
 
-def test_the_servers_share_a_copy_that_forgets_what_it_is_asked_for(wall: Fork) -> None:
+def test_the_servers_share_a_copy_that_forgets_what_it_is_asked_for(wall):
     """What one withholds is not seen when the next server's view needs it in the same copy."""
     fresh, names = Fork(), ("look",)
     withheld = started(LOOK, names=names, withheld=("json.tool",), wall=fresh)

@@ -1,7 +1,5 @@
 """A check in one process finds what a check in two finds, and leaves nothing behind."""
 
-from __future__ import annotations
-
 import os
 import sys
 

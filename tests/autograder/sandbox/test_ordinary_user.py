@@ -1,7 +1,5 @@
 """The walls once more as an ordinary user, where root runs the tests."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -43,7 +41,7 @@ def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     ],
     ids=["every wall stands", "no attack succeeds"],
 )
-def test_for_an_ordinary_user(words: list[str]) -> None:
+def test_for_an_ordinary_user(words):
     """A second pytest starts, and runs these tests again."""
     done = run_as_ordinary_user(*words)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]

@@ -1,7 +1,5 @@
 """The filter's decisions, as the kernel's own rules for classic BPF give them."""
 
-from __future__ import annotations
-
 import errno
 import struct
 
@@ -56,7 +54,7 @@ def refused(error: int) -> int:
 
 
 @pytest.mark.parametrize("machine", CALLS)
-def test_what_acts_on_others_is_refused(machine: str) -> None:
+def test_what_acts_on_others_is_refused(machine):
     """And what tells of the machine's mounts and which pages are in its cache, or changes that."""
     calls = CALLS[machine]
     for name in set(calls) - {"read", "clone"}:
@@ -67,24 +65,24 @@ def test_what_acts_on_others_is_refused(machine: str) -> None:
 
 
 @pytest.mark.parametrize("machine", CALLS)
-def test_reading_forks_and_threads_are_allowed(machine: str) -> None:
+def test_reading_forks_and_threads_are_allowed(machine):
     calls = CALLS[machine]
     assert decide(machine, calls["read"]) == ALLOW
     assert decide(machine, calls["clone"], first=17) == ALLOW
     assert decide(machine, calls["clone"], first=0x3D0F00) == ALLOW
 
 
-def test_another_architecture_is_no_way_round() -> None:
+def test_another_architecture_is_no_way_round():
     assert decide("x86_64", 0, audit=0x40000003) == 0x80000000
     assert decide("x86_64", 0x40000000 | 272) == refused(errno.ENOSYS)
 
 
-def test_an_unknown_machine_has_no_filter() -> None:
+def test_an_unknown_machine_has_no_filter():
     with pytest.raises(ValueError):
         seccomp.program("pdp11")
 
 
-def test_calls_are_judged_by_their_arguments() -> None:
+def test_calls_are_judged_by_their_arguments():
     no = refused(errno.EPERM)
     mmap, fcntl, socketpair, prlimit = 9, 72, 53, 302
     assert decide("x86_64", mmap, rest=(0, 3, 0x21)) == no  # shared and anonymous
@@ -102,7 +100,7 @@ def test_calls_are_judged_by_their_arguments() -> None:
     assert decide("x86_64", madvise, rest=(0, 4, 0)) == ALLOW
 
 
-def test_on_a_shared_disk_modes_stay_and_files_keep_their_names() -> None:
+def test_on_a_shared_disk_modes_stay_and_files_keep_their_names():
     chmod, unlink, openat, openat2 = 90, 87, 257, 437
     for number in (chmod, unlink):
         assert decide("x86_64", number) == ALLOW

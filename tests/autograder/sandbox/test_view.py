@@ -1,7 +1,5 @@
 """What a sandbox shows, as the packages and the machine have it."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import subprocess
 import sys
@@ -27,13 +25,13 @@ def names_shown(*allowed: str) -> set[str]:
     return {path.name for path in shown(allowed) if path.parent == SITE}
 
 
-def test_a_package_comes_with_all_that_it_needs() -> None:
+def test_a_package_comes_with_all_that_it_needs():
     shown = names_shown("matplotlib")
     assert {"matplotlib", "mpl_toolkits", "numpy", "numpy.libs", "PIL", "kiwisolver"} <= shown
     assert any(name.startswith("matplotlib-") for name in shown)  # its version can be asked for
 
 
-def test_extras_are_not_followed() -> None:
+def test_extras_are_not_followed():
     """The library solves with cvxpy and compares with gtsam where they are there."""
     assert "cvxpy" in names_shown("cvxpy")
     found = packages.find((*DEFAULT_PACKAGES, "robust_slam"))
@@ -42,7 +40,7 @@ def test_extras_are_not_followed() -> None:
     assert "robust_slam" in found.names and not others & {*found.names}
 
 
-def test_a_package_in_its_source_folder_is_shown_without_its_surroundings() -> None:
+def test_a_package_in_its_source_folder_is_shown_without_its_surroundings():
     visible = shown(("robust_slam",))
     import robust_slam
 
@@ -50,14 +48,14 @@ def test_a_package_in_its_source_folder_is_shown_without_its_surroundings() -> N
     assert folder in visible and folder.parent not in visible
 
 
-def test_no_folder_of_the_system_is_shown_as_a_whole() -> None:
+def test_no_folder_of_the_system_is_shown_as_a_whole():
     folders = {path for path in shown(DEFAULT_PACKAGES) if path.is_dir()}
     parts = {*Path("/usr/lib/python3").parents, Path("/usr/lib"), Path("/usr/local"), Path("/etc")}
     system = {path for path in folders if path in parts or path.match("*-linux-gnu")}
     assert not system and not {SITE, *SITE.parents} & folders
 
 
-def test_the_libraries_are_those_that_the_loader_takes() -> None:
+def test_the_libraries_are_those_that_the_loader_takes():
     """An interpreter that sees nothing else runs; what it has loaded is all in the view."""
     names = "numpy.linalg, scipy.optimize, matplotlib.pyplot, ssl, sqlite3, lzma, ctypes, hashlib"
     text = f"import {names}\nprint(open('/proc/self/maps').read())"
@@ -69,7 +67,7 @@ def test_the_libraries_are_those_that_the_loader_takes() -> None:
     assert [path for path in systems if not view.within(path, there)] == []
 
 
-def test_a_folder_in_view_is_found_also_through_a_link(tmp_path: Path) -> None:
+def test_a_folder_in_view_is_found_also_through_a_link(tmp_path):
     link = tmp_path / "course"
     link.symlink_to(SITE / "scipy")
     assert view.exposing(link / "solutions", DEFAULT_PACKAGES) == SITE / "scipy"
@@ -79,9 +77,7 @@ def test_a_folder_in_view_is_found_also_through_a_link(tmp_path: Path) -> None:
         assert view.exposing(Path(place), DEFAULT_PACKAGES) is None
 
 
-def test_an_editors_copies_of_a_withheld_module_are_withheld_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_editors_copies_of_a_withheld_module_are_withheld_too(tmp_path, monkeypatch):
     package = tmp_path / "toy_package"
     for name in (".ipynb_checkpoints/gnc-checkpoint.py", ".gnc.py.swp", "gnc.py~", "#gnc.py#"):
         (package / name).parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +90,7 @@ def test_an_editors_copies_of_a_withheld_module_are_withheld_too(
     assert found == {".ipynb_checkpoints", ".gnc.py.swp", "gnc.py~", "#gnc.py#", "gnc.py"}
 
 
-def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
+def test_a_link_in_a_folder_leads_nowhere_else(tmp_path):
     """Landlock judges a file by where it lies, and folders are gone through that hide a part."""
     (tmp_path / "secret").mkdir()
     package = tmp_path / "package"
@@ -110,14 +106,7 @@ def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
     assert sorted(opened) == [(package, False), (package / "given.py", True)]
 
 
-def test_unknown_packages_are_named() -> None:
-    assert packages.missing(["numpy", "math", "robust_slam", "IPython", "PIL"]) == []
-    assert packages.missing(["numpy", "no_such_package"]) == ["no_such_package"]
-
-
-def test_a_module_of_one_file_without_metadata_is_installed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_module_of_one_file_without_metadata_is_installed(tmp_path, monkeypatch):
     """As where a teacher has copied it among the installed packages."""
     (tmp_path / "one_file_tool.py").touch()
     monkeypatch.syspath_prepend(tmp_path)
@@ -159,7 +148,7 @@ with started({LOOK!r}, names=("look",), wall=BACK_ENDS[sys.argv[1]]) as session:
 @pytest.mark.sandbox
 @pytest.mark.parametrize("kind", interpreters.available())
 @pytest.mark.rest
-def test_another_interpreter_works_too(wall_name: str, kind: str, tmp_path: Path) -> None:
+def test_another_interpreter_works_too(wall_name, kind, tmp_path):
     """Debian's in a virtual environment; and one as conda's and container images' are."""
     python = interpreters.available()[kind](tmp_path)
     for folder in (tmp_path, *tmp_path.parents[:2]):

@@ -1,13 +1,9 @@
 """What a sandbox's processes may use together."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import psutil
 import pytest
@@ -15,7 +11,7 @@ from robust_slam_autograder.sandbox import watch
 from robust_slam_autograder.sandbox.terms import MEMORY_BYTES, PROCESSES
 
 
-def test_all_descendants_are_found() -> None:
+def test_all_descendants_are_found():
     start = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'input()'])"
     # Its first thread has started nothing.
     code = f"import threading; threading.Thread(target=exec, args=({start!r}, {{}})).start()"
@@ -51,17 +47,13 @@ OPEN = MEMORY_BYTES // watch.SOCKET_BYTES
         ([using(threads=PROCESSES), using(threads=PROCESSES - 1), using(threads=2)], True),
     ],
 )
-def test_memory_files_and_threads_of_all_processes_count(
-    processes: list[Any], is_too_much: bool
-) -> None:
+def test_memory_files_and_threads_of_all_processes_count(processes, is_too_much):
     """Shared memory does not; an open file counts as a full socket."""
     assert watch.uses_too_much(processes, None) == is_too_much
 
 
 @pytest.mark.parametrize("sizes", [[10_000], [0] * 20], ids=["bytes", "a flood of empty files"])
-def test_files_on_the_disk_count(
-    sizes: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_on_the_disk_count(sizes, tmp_path, monkeypatch):
     for number, size in enumerate(sizes):
         (tmp_path / str(number)).write_bytes(os.urandom(size))
     assert not watch.uses_too_much([psutil.Process()], tmp_path)
@@ -69,6 +61,6 @@ def test_files_on_the_disk_count(
     assert watch.uses_too_much([psutil.Process()], tmp_path)
 
 
-def test_a_folder_that_cannot_be_listed_is_an_error(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_listed_is_an_error(tmp_path):
     with pytest.raises(OSError):
         watch.uses_too_much([psutil.Process()], tmp_path / "missing")

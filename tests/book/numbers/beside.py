@@ -1,8 +1,6 @@
 """What the expressions of the tables may name beside what a page defines."""
 # ruff: noqa: F401  the tables name what is imported here
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import comb, cos, degrees, e, exp, log, pi, radians, sqrt
@@ -83,7 +81,7 @@ def maps_of_robots(
         return first.tell()
 
     if held:
-        first.improve = hold  # type: ignore[method-assign]
+        first.improve = hold
     fleet.descend(None, 1e-6, 100)
     return [seen.poses for seen in fleet.rounds]
 

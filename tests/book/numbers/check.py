@@ -8,8 +8,6 @@ one for each, or for a phrase whether it is true. ``names`` are further names th
 number of three digits needs a row.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

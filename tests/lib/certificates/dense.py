@@ -1,7 +1,5 @@
 """The chordal problem as dense matrices, which are the reference."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam.certificates.chordal import ChordalProblem, assemble, pose_blocks
 

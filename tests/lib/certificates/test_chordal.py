@@ -1,7 +1,5 @@
 """The chordal problem: one quadratic form, whatever way it is written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.certificates import chordal

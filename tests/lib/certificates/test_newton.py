@@ -1,7 +1,5 @@
 """Newton on the chordal cost: its model, quadratic convergence, and hard graphs that end fast."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from itertools import pairwise
@@ -9,15 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from robust_slam.certificates import chordal
-from robust_slam.certificates.chordal import ChordalProblem, lifted_cost, pose_blocks
+from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.newton import Stop, descend, polish
 from robust_slam.certificates.optimality import Verdict
-from robust_slam.certificates.preconditioner import Systems
 from robust_slam.certificates.staircase import solve_certified
 from robust_slam.certificates.tangent import (
-    half_gradient,
-    project_tangent,
-    retract_vectors,
     stationarity,
 )
 from robust_slam.descent.start import chordal as chordal_start
@@ -25,11 +19,10 @@ from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import Noise, circle, sphere
-from robust_slam.graphs.laser import building
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.rotations import nearest_stiefel
 
-from tests.lib.worlds import measured, random_information, refused, shaken, walked
+from tests.lib.worlds import building, measured, random_information, refused, shaken, walked
 
 pytestmark = pytest.mark.long
 
@@ -111,55 +104,6 @@ def random_point(problem, r):
     rng = np.random.default_rng(0)
     turn = nearest_stiefel(rng.normal(size=(problem.n, r, problem.d)))
     return np.concatenate([turn, rng.normal(size=(problem.n, r, 1))], axis=2)
-
-
-def random_tangent(blocks, seed):
-    vectors = np.random.default_rng(seed).normal(size=blocks.shape)
-    vectors[0] = 0.0
-    return project_tangent(blocks, vectors)
-
-
-@graphs
-@pytest.mark.parametrize("extra", [0, 1, 2])
-def test_the_hessian_is_the_second_derivative_along_the_retraction(make, extra):
-    problem = ChordalProblem.of(make(60))
-    blocks = random_point(problem, problem.d + extra)
-    step = random_tangent(blocks, 1)
-    curvature = 2.0 * np.vdot(step, Systems(problem, problem.d + extra).hessian(blocks)(step))
-    h = 1e-3
-    ahead, behind = (
-        lifted_cost(problem, retract_vectors(blocks, sign * h * step)) for sign in (1.0, -1.0)
-    )
-    here = lifted_cost(problem, blocks)
-    assert curvature == pytest.approx((ahead + behind - 2.0 * here) / h**2, rel=1e-3)
-    slope = 2.0 * np.vdot(step, half_gradient(problem, blocks))
-    assert slope == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-3, abs=1e-3 * here)
-
-
-@graphs
-@pytest.mark.parametrize("extra", [0, 1, 2])
-def test_the_preconditioner_is_symmetric_and_positive_definite_anywhere(make, extra):
-    problem = ChordalProblem.of(make(60))
-    blocks = random_point(problem, problem.d + extra)
-    inverse = Systems(problem, problem.d + extra).preconditioner(blocks)
-    one, other = random_tangent(blocks, 1), random_tangent(blocks, 2)
-    assert np.vdot(one, inverse(other)) == pytest.approx(np.vdot(inverse(one), other), rel=1e-8)
-    assert np.vdot(one, inverse(one)) > 0.0
-    assert np.vdot(other, inverse(other)) > 0.0
-    assert not np.any(inverse(one)[0])
-
-
-@graphs
-@pytest.mark.parametrize("extra", [0, 1])
-def test_at_a_minimum_the_preconditioner_is_the_inverse_of_the_hessian(make, extra):
-    graph = make(200)
-    problem = ChordalProblem.of(graph)
-    best = descend(problem, pose_blocks(chordal_start(graph))).last.blocks
-    blocks = np.pad(best, ((0, 0), (0, extra), (0, 0)))
-    systems = Systems(problem, problem.d + extra)
-    step = random_tangent(blocks, 3)
-    back = systems.preconditioner(blocks)(systems.hessian(blocks)(step))
-    np.testing.assert_allclose(back, step, atol=1e-5 * np.abs(step).max())
 
 
 def stiff_building():

@@ -1,7 +1,5 @@
 """Certificates: exact eigenvalues, the right bound, and what a certificate does not say."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

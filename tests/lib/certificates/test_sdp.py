@@ -1,7 +1,5 @@
 """The relaxation and its certificate: exact values, laws, and what they do not prove."""
 
-from __future__ import annotations
-
 import sys
 from functools import cache
 
@@ -28,7 +26,6 @@ SIX = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0], [0, 3], [1, 4]])
 
 @pytest.fixture(params=[2, 3])
 def d(request):
-    """The dimension of the rotations."""
     return request.param
 
 

@@ -1,7 +1,5 @@
 """The staircase leaves local minima, and certifies nothing where the relaxation is not tight."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.certificates import Verdict, certify, chordal

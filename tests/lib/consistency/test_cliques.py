@@ -1,7 +1,5 @@
 """Maximum clique: right where all can be enumerated, with a bound that holds elsewhere."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.consistency.cliques import max_clique

@@ -1,7 +1,5 @@
 """Pairwise consistency: distances by the book, in both groups, and what the largest set is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import reduce
 

@@ -1,7 +1,5 @@
 """How well one colour shows on another, by WCAG 2.1."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike

@@ -8,8 +8,6 @@ After a change that is meant, look at the figures, then write the descriptions a
 ``ROBUST_SLAM_DRAWN=1 pytest FILE``.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

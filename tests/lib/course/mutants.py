@@ -3,8 +3,6 @@
 ``python -m tests.lib.course.mutants [WORD…]`` tries them, as ``tests/mutants.py`` says.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 

@@ -9,8 +9,6 @@ last digit, no other program can match it: weights that are all nearly 0, or a d
 hundreds of steps along a flat valley. None of the cases drawn here shows it.
 """
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from pathlib import Path

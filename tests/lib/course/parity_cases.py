@@ -1,7 +1,5 @@
 """Cases in one dimension: kernels, locations, lines, chains, and the parts of the solvers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -209,7 +207,6 @@ def _readings(rng: np.random.Generator) -> tuple[np.ndarray, float]:
 
 
 def location_case(z: Any, sigma: float, method: dict[str, Any], limit: int) -> Case:
-    """The case of a method on readings."""
     given = {"kind": "location", "z": z, "sigma": sigma}
     return loop_case(given, LocationProblem(z, sigma), method, limit)
 

@@ -1,7 +1,5 @@
 """Cases of certificates: headings alone, the staircase on them, and pose graphs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Cases on pose graphs: descents, covariances, the loop, switches with priors, and fleets."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -185,14 +183,12 @@ def _fleet(rng: np.random.Generator, count: int, each: int) -> tuple[PoseGraph, 
 def graph_loop(
     graph: PoseGraph, guess: np.ndarray | None, method: dict[str, Any], limit: int, **options: Any
 ) -> Case:
-    """The case of a method on a pose graph."""
     problem = PoseGraphProblem(graph, guess, **options)
     given = {"kind": "graph", "graph": as_given(graph), "guess": problem.guess.ravel()}
     return loop_case(given | {"options": options}, problem, method, limit, tol=1e-6)
 
 
 def _loose(graph: PoseGraph) -> PoseGraph:
-    """The graph without trusted edges."""
     return replace(graph, is_odometry=np.zeros(len(graph.edges), bool))
 
 

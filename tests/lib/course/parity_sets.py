@@ -1,7 +1,5 @@
 """Cases of sets of closures: those that agree on a mistake, pairwise consistency, cliques."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

@@ -1,17 +1,13 @@
 """A live picture says what its still one says; *Show it* brings it where the answer is seen."""
 
-from __future__ import annotations
-
 import json
 import re
-from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
 from robust_slam_course import pictures
 
 from tests.book.taking_hold import seen, unfold
-from tests.chromium import Opener
 
 SAYS = {
     "opening": "GNC rejects 1",
@@ -40,7 +36,7 @@ SAYS = {
 
 
 @pytest.mark.long
-def test_every_picture_has_one_but_the_game_which_is_to_be_played() -> None:
+def test_every_picture_has_one_but_the_game_which_is_to_be_played():
     found = {name for name in pictures.__all__ if getattr(pictures, name)().answer}
     assert found == {*pictures.__all__} - {"breaking"} and found <= SAYS.keys()
 
@@ -48,9 +44,7 @@ def test_every_picture_has_one_but_the_game_which_is_to_be_played() -> None:
 @pytest.mark.browser
 @pytest.mark.parametrize("name", sorted(pictures.__all__))
 @pytest.mark.rest
-def test_the_still_picture_and_the_answer_say_what_the_live_one_says(
-    name: str, tmp_path: Path, open_page: Opener
-) -> None:
+def test_the_still_picture_and_the_answer_say_what_the_live_one_says(name, tmp_path, open_page):
     """The script computes each number of the still picture's words again, and shows the answer.
 
     The answer is reached by keys, and is a state that a link holds.

@@ -1,7 +1,5 @@
 """Figures as parts of a page: colours, letters and names, and the narrow drawing."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import pairwise
@@ -14,11 +12,10 @@ from IPython.core.getipython import get_ipython
 from IPython.core.interactiveshell import InteractiveShell
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from robust_slam.palette import COLOURS, PALETTE
 from robust_slam_course import figures, style
 from robust_slam_course.figures import page_html
-from robust_slam_course.figures.narrow import SMALLEST, WIDTH, narrowed
+from robust_slam_course.figures.narrow import WIDTH, narrowed
 from robust_slam_course.figures.svg import inline
 from robust_slam_course.style import figure_style
 
@@ -29,7 +26,7 @@ BARE = re.compile(r"(?<!,)#[0-9a-f]{6}\b")
 
 
 @pytest.fixture(autouse=True)
-def drawing() -> Iterator[None]:
+def drawing():
     with figure_style():
         yield
     plt.close("all")
@@ -49,13 +46,12 @@ def panels(rows: int = 2, columns: int = 2, **more: object) -> Figure:
 
 
 def drawings(figure: Figure) -> tuple[ET.Element, ET.Element]:
-    """Return the two drawings of the figure."""
     wide, narrow = ET.fromstring(page_html(figure))
     assert (wide.get("class"), narrow.get("class")) == ("rs-wide", "rs-narrow")
     return wide, narrow
 
 
-def test_every_colour_that_has_a_name_is_one_of_the_page() -> None:
+def test_every_colour_that_has_a_name_is_one_of_the_page():
     figure = panels(1, 1)
     figure.axes[0].plot([0, 1], [1, 0], "ko", markerfacecolor="white")
     figure.axes[0].axvline(1, color="0.4")
@@ -68,7 +64,7 @@ def test_every_colour_that_has_a_name_is_one_of_the_page() -> None:
         assert f"var(--rs-{name},{colour})" in html
 
 
-def test_letters_stay_letters_in_the_page_s_font() -> None:
+def test_letters_stay_letters_in_the_page_s_font():
     figure = panels()
     figure.axes[0].set(xlabel="$x_1$", yscale="log", ylim=(1e-3, 1e2), title="a < b")
     figure.axes[0].set_yticks([1e-3, 1e1])
@@ -78,7 +74,7 @@ def test_letters_stay_letters_in_the_page_s_font() -> None:
     assert {"x₁", "10⁻³", "10¹", "panel 1", "a < b"} <= said
 
 
-def test_lines_of_a_centred_text_are_centred_in_any_font() -> None:
+def test_lines_of_a_centred_text_are_centred_in_any_font():
     figure, ax = plt.subplots()
     ax.set_title("short\nand a longer line")
     ax.text(0.1, 0.1, "left\nand the next line")
@@ -102,7 +98,7 @@ def styled(element: ET.Element, style: str = "") -> Iterator[ET.Element]:
         yield from styled(child, style)
 
 
-def test_the_fonts_of_an_older_matplotlib_are_understood() -> None:
+def test_the_fonts_of_an_older_matplotlib_are_understood():
     style = "fill: #262626; font: oblique 700 11.5px 'DejaVu Sans', Geneva; text-anchor: middle"
     svg = f'<svg viewBox="0 0 9 9"><text style="{style}">u</text></svg>'
     (text,) = ET.fromstring(inline(svg, "rs-wide"))
@@ -110,7 +106,7 @@ def test_the_fonts_of_an_older_matplotlib_are_understood() -> None:
     assert text.get("style") == parts
 
 
-def test_there_is_no_ground_no_black_and_no_rule_for_the_whole_page() -> None:
+def test_there_is_no_ground_no_black_and_no_rule_for_the_whole_page():
     for drawing in drawings(panels(1, 1)):
         assert drawing.get("style") == "fill:var(--rs-ink,#000000)"
         tags = {element.tag for element in drawing.iter()}
@@ -119,7 +115,7 @@ def test_there_is_no_ground_no_black_and_no_rule_for_the_whole_page() -> None:
         assert ground.get("style") == "fill:none"
 
 
-def test_names_are_those_of_one_drawing() -> None:
+def test_names_are_those_of_one_drawing():
     hatched = panels(1, 2)
     hatched.axes[0].bar([0, 1], [1, 2], hatch="///")
     html = page_html(panels()) + page_html(hatched)
@@ -129,7 +125,7 @@ def test_names_are_those_of_one_drawing() -> None:
     assert set(re.findall(r"#(f\w+)", html)) <= set(names)
 
 
-def test_the_figure_stays_as_it_is_and_no_other_is_left_open() -> None:
+def test_the_figure_stays_as_it_is_and_no_other_is_left_open():
     figure = panels()
     before = plt.get_fignums(), figure.get_size_inches().tolist()
     first = page_html(figure)
@@ -138,9 +134,7 @@ def test_the_figure_stays_as_it_is_and_no_other_is_left_open() -> None:
 
 
 class TestNarrow:
-    """What stands on a phone."""
-
-    def test_panels_stand_one_below_the_other_in_their_order(self) -> None:
+    def test_panels_stand_one_below_the_other_in_their_order(self):
         narrow = narrowed(panels())
         narrow.draw_without_rendering()
         boxes = [ax.get_window_extent() for ax in narrow.axes]
@@ -148,7 +142,7 @@ class TestNarrow:
         assert np.allclose([box.x0 for box in boxes], boxes[0].x0)
         assert [ax.get_title() for ax in narrow.axes] == [f"panel {k}" for k in range(4)]
 
-    def test_panels_that_shared_axes_get_their_own_numbers_and_labels(self) -> None:
+    def test_panels_that_shared_axes_get_their_own_numbers_and_labels(self):
         narrow = narrowed(panels(sharex=True, sharey=True))
         narrow.draw_without_rendering()
         for ax in narrow.axes:
@@ -156,7 +150,7 @@ class TestNarrow:
             for axis in (ax.xaxis, ax.yaxis):
                 assert any(tick.label1.get_visible() for tick in axis.get_major_ticks())
 
-    def test_a_panel_of_a_legend_is_lower(self) -> None:
+    def test_a_panel_of_a_legend_is_lower(self):
         figure = panels()
         last = figure.axes[3]
         last.clear()
@@ -167,20 +161,7 @@ class TestNarrow:
         *_, drawn, told = (ax.get_window_extent().height for ax in narrow.axes)
         assert told < 0.7 * drawn
 
-    @pytest.mark.parametrize("columns", [1, 3])
-    def test_letters_are_large_enough_on_a_phone(self, columns: int) -> None:
-        figure = panels(2, columns)
-        for ax in figure.axes:
-            ax.legend(fontsize=6)
-        narrow = narrowed(figure)
-        sizes = [text.get_fontsize() for text in narrow.findobj(Text) if text.get_text()]
-        assert min(sizes) >= SMALLEST
-        _, drawing = drawings(figure)
-        # On 350 pixels, which a phone leaves.
-        scale = 350 / float(drawing.get("viewBox", "").split()[2])
-        assert SMALLEST * scale >= 11.0
-
-    def test_a_legend_that_is_too_wide_gets_fewer_columns(self) -> None:
+    def test_a_legend_that_is_too_wide_gets_fewer_columns(self):
         figure = panels(1, 1)
         handles, _ = figure.axes[0].get_legend_handles_labels()
         names = ["a name that is long", "another name", "and a third one", "the last"]
@@ -189,7 +170,7 @@ class TestNarrow:
         assert narrow.legends[0].get_window_extent().width <= narrow.bbox.width
         assert figure.legends[0].get_window_extent().width > 0.8 * figure.bbox.width
 
-    def test_numbers_of_an_axis_do_not_touch(self) -> None:
+    def test_numbers_of_an_axis_do_not_touch(self):
         figure = panels(1, 1)
         figure.axes[0].set_xticks(np.linspace(0, 2, 9), [f"{k}.00001" for k in range(9)])
         narrow = narrowed(figure)
@@ -198,16 +179,14 @@ class TestNarrow:
         boxes = [label.get_window_extent() for label in shown]
         assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
-    def test_a_small_figure_keeps_its_size(self) -> None:
+    def test_a_small_figure_keeps_its_size(self):
         narrow = narrowed(panels(1, 1, figsize=(3.0, 2.0)))
         assert narrow.get_size_inches().tolist() == [3.0, 2.0]
         assert narrowed(panels(2, 1)).get_size_inches().tolist() == [WIDTH, 3.5]
 
 
 @pytest.mark.parametrize("for_a_page", [False, True])
-def test_only_a_build_of_the_book_gets_elements_of_a_page(
-    for_a_page: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_a_build_of_the_book_gets_elements_of_a_page(for_a_page, monkeypatch):
     monkeypatch.delenv(figures.BUILD, raising=False)
     if for_a_page:
         monkeypatch.setenv(figures.BUILD, "1")

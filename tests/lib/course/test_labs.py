@@ -1,7 +1,5 @@
 """The tables of the labs' pictures are what the library decides."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 from typing import Any
@@ -21,18 +19,18 @@ TABLE: dict[str, Any] = json.loads(
 
 
 @pytest.mark.long
-def test_the_certificates_are_those_of_the_library() -> None:
+def test_the_certificates_are_those_of_the_library():
     assert TABLE["proofs"] == proofs()
 
 
 @pytest.mark.parametrize(("dropped", "arrives"), [(0, 17), (0, 23), (0, 24), (16, 20), (31, 31)])
-def test_the_map_keeps_what_the_table_has(dropped: int, arrives: int) -> None:
+def test_the_map_keeps_what_the_table_has(dropped, arrives):
     minds = TABLE["minds"]
     number = minds["runs"][dropped][arrives - labs.ARRIVALS[0]]
     assert minds["kept"][number] == list(mind(dropped, arrives))
 
 
-def test_the_map_that_is_drawn_is_the_one_that_has_grown() -> None:
+def test_the_map_that_is_drawn_is_the_one_that_has_grown():
     graph, _ = labs.late_town()
     order = labs.in_order(graph, 17)
     growing = GrowingMap(select(graph, graph.is_odometry), find_noise=False)

@@ -1,7 +1,5 @@
 """Words beside a picture, and parts of it, light what they name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -29,14 +27,14 @@ def between(above: str, picture: Picture, below: str, path: Path, opens: Opener)
 
 
 @pytest.fixture
-def beside(tmp_path: Path, open_page: Opener) -> Page:
+def beside(tmp_path, open_page):
     """The picture of chapter 0 and its words."""
     above = "<p>Two wrong closures, a <a href='#'>true path</a>, a wrong closure and μ.</p>"
     below = "<p>The true path and <math><mi>c</mi></math>.</p><h2>An outlier</h2>"
     return between(above, pictures.cycles(), below, tmp_path / "page.html", open_page)
 
 
-def test_what_a_certificate_is_made_of_is_linked(tmp_path: Path, open_page: Opener) -> None:
+def test_what_a_certificate_is_made_of_is_linked(tmp_path, open_page):
     above = "<p>The bar reaches from the bound to the cost; the eigenvalues are above.</p>"
     page = between(above, pictures.certificate(), "", tmp_path / "page.html", open_page)
     for word, part in (("bound", ".rs-bound"), ("eigenvalues", ".rs-eigen")):
@@ -46,7 +44,7 @@ def test_what_a_certificate_is_made_of_is_linked(tmp_path: Path, open_page: Open
         assert page.locator(f".rs-stage path:not({part})").evaluate_all(opacity) == ["0.2"]
 
 
-def test_words_beside_it_that_name_visible_parts_are_linked_once(beside: Page) -> None:
+def test_words_beside_it_that_name_visible_parts_are_linked_once(beside):
     linked = beside.locator(".rs-word")
     assert linked.all_inner_texts() == ["wrong closures", "wrong closure", "true path"]
     assert beside.locator("p").first.inner_text().startswith("Two wrong closures, a true path")
@@ -55,7 +53,7 @@ def test_words_beside_it_that_name_visible_parts_are_linked_once(beside: Page) -
 
 
 @pytest.mark.parametrize("way", ["hover", "focus"])
-def test_a_word_lights_its_part_and_the_others_fade(way: str, beside: Page) -> None:
+def test_a_word_lights_its_part_and_the_others_fade(way, beside):
     word = beside.locator(".rs-word").first
     getattr(word, way)()
     assert "wrong-0" in beside.evaluate(LIT)
@@ -64,7 +62,7 @@ def test_a_word_lights_its_part_and_the_others_fade(way: str, beside: Page) -> N
     assert beside.evaluate(LIT) == [] and beside.evaluate(FADED) == 0
 
 
-def test_a_bar_lights_its_edge_and_an_edge_its_bar(beside: Page) -> None:
+def test_a_bar_lights_its_edge_and_an_edge_its_bar(beside):
     bars, edges = (f'[data-part="{part}"]' for part in ("edge-40", "wrong-0"))
     for twins in (bars, edges):
         for part in beside.locator(twins).all():

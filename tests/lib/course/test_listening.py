@@ -1,16 +1,13 @@
 """The edges of a map as tones: who hears them, and sees nothing, finds the outlier."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, expect
 from robust_slam.graphs.generate import manhattan
 from robust_slam_course import pictures
 from robust_slam_course.canvas.picture import Picture
@@ -19,7 +16,7 @@ from robust_slam_course.style import figure_style
 
 from tests.book.taking_hold import FRAMES
 from tests.book.test_accessible import complaints
-from tests.chromium import Opener, page_in
+from tests.chromium import page_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
@@ -60,8 +57,7 @@ class Listener:
         part.press(key)
         self.page.evaluate(f"{FRAMES}.then(() => 0)")
         expect(self.picture.get_by_text("Pause")).to_have_count(0)
-        tones: list[list[float]] = self.page.evaluate("tones")
-        return tones
+        return self.page.evaluate("tones")
 
     def edge(self) -> list[float]:
         """Return the poses, the residual and the weight that the slider says."""
@@ -91,17 +87,14 @@ def town(opening: Picture, seed: int) -> Picture:
 
 
 @pytest.fixture(scope="module")
-def towns() -> list[Picture]:
+def towns():
     with figure_style():
         opening = pictures.opening()
     return [town(opening, seed) for seed in TOWNS]
 
 
 @pytest.fixture(scope="module")
-def page(
-    towns: list[Picture], browser: Browser, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Page]:
-    """All towns on one page."""
+def page(towns, browser, tmp_path_factory):
     path: Path = tmp_path_factory.mktemp("towns") / "page.html"
     shown = "".join(picture.static_html() for picture in towns)
     path.write_text(f'<!doctype html><meta charset="utf-8">{shown}', "utf-8")
@@ -111,11 +104,7 @@ def page(
         yield page
 
 
-def listeners(page: Page) -> list[Listener]:
-    return [Listener(picture) for picture in page.locator(".rs-picture").all()]
-
-
-def test_a_listener_finds_the_outlier_of_a_robust_map(page: Page, towns: list[Picture]) -> None:
+def test_a_listener_finds_the_outlier_of_a_robust_map(page, towns):
     """Ten towns by keys, each twice: least squares often has its highest tone at another edge."""
     found = np.zeros(2, int)
     for picture, shown in zip(towns, page.locator(".rs-picture").all(), strict=True):
@@ -127,7 +116,7 @@ def test_a_listener_finds_the_outlier_of_a_robust_map(page: Page, towns: list[Pi
     assert found[1] >= 9 > found[0], found
 
 
-def test_a_tone_is_higher_for_a_residual_and_softer_without_weight(page: Page) -> None:
+def test_a_tone_is_higher_for_a_residual_and_softer_without_weight(page):
     """On the robust map, from the last edge back over all closures, one of them rejected."""
     listener = Listener(page.locator(".rs-picture").first)
     listener.slider.press("Home")
@@ -142,9 +131,7 @@ def test_a_tone_is_higher_for_a_residual_and_softer_without_weight(page: Page) -
     assert weights == {0.0, 1.0}
 
 
-def test_the_keys_are_open_to_all_and_go_where_nothing_can_sound(
-    towns: list[Picture], open_page: Opener, tmp_path: Path
-) -> None:
+def test_the_keys_are_open_to_all_and_go_where_nothing_can_sound(towns, open_page, tmp_path):
     path = tmp_path / "page.html"
     head = '<!doctype html><html lang="en"><meta charset="utf-8"><title>Town</title><main>'
     path.write_text(f"{head}<h1>Town</h1>{towns[0].static_html()}</main>", "utf-8")

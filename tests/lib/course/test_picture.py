@@ -1,12 +1,9 @@
 """A live picture: what it is given, and what a page and a notebook get."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import re
 from html import unescape
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -46,7 +43,7 @@ def embedded(html: str) -> dict[str, Any]:
 
 
 class TestPage:
-    def test_it_holds_the_words_and_the_data(self) -> None:
+    def test_it_holds_the_words_and_the_data(self):
         html = picture().static_html()
         data = embedded(html)
         assert data["state"] == {"robust": False, "wrong": [[1, 4]]}
@@ -58,7 +55,7 @@ class TestPage:
         assert "Predict: What <b>?" in words and "Try: move it" in words
         assert html.count("What is seen.") == 2, "as the still picture's words and as its caption"
 
-    def test_the_same_picture_is_the_same_page(self) -> None:
+    def test_the_same_picture_is_the_same_page(self):
         with figure_style():
             assert pictures.opening().static_html() == pictures.opening().static_html()
 
@@ -77,22 +74,18 @@ class TestPage:
     ],
     ids=str,
 )
-def test_what_cannot_be_shown_is_refused(
-    changes: dict[str, Any], error: type[Exception], message: str
-) -> None:
+def test_what_cannot_be_shown_is_refused(changes, error, message):
     with pytest.raises(error, match=message):
         picture(**changes)
 
 
 class TestNotebook:
-    def test_no_figure_is_left_open_that_a_notebook_would_show(self) -> None:
+    def test_no_figure_is_left_open_that_a_notebook_would_show(self):
         before = plt.get_fignums()
         pictures.opening().widget()
         assert plt.get_fignums() == before
 
-    def test_a_widget_is_beside_it_only_where_a_person_runs_the_cell(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_widget_is_beside_it_only_where_a_person_runs_the_cell(self, monkeypatch):
         assert set(picture()._repr_mimebundle_()) == {"text/plain", "text/html"}
         monkeypatch.setattr(notebook, "someone_is_there", lambda: True)
         assert notebook.MIME in picture()._repr_mimebundle_()
@@ -101,22 +94,14 @@ class TestNotebook:
 
 
 class TestBundle:
-    def test_modules_come_after_those_that_they_import(self) -> None:
-        order = list(bundling.modules("opening"))
-        assert order[-1] == "pictures/opening.js"
-        assert order.index("solve/kernels.js") < order.index("solve/loop.js")
-        assert len(order) == len(set(order))
-
-    def test_a_picture_that_is_not_there_is_named(self) -> None:
+    def test_a_picture_that_is_not_there_is_named(self):
         with pytest.raises(FileNotFoundError, match="absent"):
             bundle("absent")
 
     @pytest.mark.parametrize(
         "line", ['import x from "./y.js";', "export default 3;", 'export { a } from "./b.js";']
     )
-    def test_a_form_that_cannot_be_bundled_is_refused(
-        self, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_form_that_cannot_be_bundled_is_refused(self, line, tmp_path, monkeypatch):
         (tmp_path / "js" / "pictures").mkdir(parents=True)
         (tmp_path / "js" / "pictures" / "odd.js").write_text(f"{line}\n", encoding="utf-8")
         monkeypatch.setattr(bundling, "files", lambda _: tmp_path)
@@ -125,7 +110,7 @@ class TestBundle:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_picture_is_small_and_has_its_words(name: str) -> None:
+def test_each_picture_is_small_and_has_its_words(name):
     with figure_style():
         shown = getattr(pictures, name)()
         html = shown.static_html()
@@ -135,7 +120,7 @@ def test_each_picture_is_small_and_has_its_words(name: str) -> None:
     assert len(shown.caption) > 40
 
 
-def test_a_still_has_the_size_of_its_figure() -> None:
+def test_a_still_has_the_size_of_its_figure():
     figure = plt.figure(figsize=(3.0, 1.5))
     svg = still.to_svg(figure)
     assert still.size(svg) == (288, 144)

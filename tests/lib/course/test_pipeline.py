@@ -1,7 +1,5 @@
 """The pipeline of chapter 8 records what each of its stages did."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam.certificates import Verdict
 from robust_slam.estimators import chi_square_threshold
@@ -11,7 +9,7 @@ from robust_slam.graphs.pose_graph import residual_norms
 from robust_slam_course.pipeline import solve
 
 
-def test_closures_that_pcm_rejects_return_where_they_fit_the_map() -> None:
+def test_closures_that_pcm_rejects_return_where_they_fit_the_map():
     """In this town the odometry is off, and every fourth inlier contradicts the others."""
     clean, truth = manhattan(300, 0, closures=100)
     for add, count in ((add_random_closures, 100), (add_grouped_closures, 10)):

@@ -1,7 +1,5 @@
 """Predictions: what the library computes of their answers, and how a reader gives one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -20,7 +18,6 @@ from robust_slam_course import labs, pictures
 from robust_slam_course.pictures.graphs import agreeing, with_wrong
 from robust_slam_course.plots.landscapes import minima
 
-from tests.chromium import Opener
 from tests.lib.course.parity_graphs import Switches
 
 C = chi_square_threshold(0.99, 3)
@@ -309,7 +306,7 @@ def breaking(data: Any, state: Any) -> Told:
 
 @pytest.mark.parametrize("name", pictures.__all__)
 @pytest.mark.long
-def test_the_right_answer_and_its_reasons_are_what_the_library_computes(name: str) -> None:
+def test_the_right_answer_and_its_reasons_are_what_the_library_computes(name):
     shown = getattr(pictures, name)()
     right, phrases = globals()[name](dict(shown.data), dict(shown.state))
     options = shown.question.options
@@ -319,7 +316,7 @@ def test_the_right_answer_and_its_reasons_are_what_the_library_computes(name: st
 
 
 @pytest.fixture(scope="module")
-def card(tmp_path_factory: pytest.TempPathFactory) -> str:
+def card(tmp_path_factory):
     """The address of a page with one picture."""
     path = tmp_path_factory.mktemp("card") / "page.html"
     html = pictures.basins().static_html()
@@ -339,9 +336,7 @@ TRUTH = "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the
 @pytest.mark.browser
 @pytest.mark.parametrize("scripts", [True, False])
 @pytest.mark.parametrize("width", [390, 1280])
-def test_each_answer_repeats_the_choice_and_moves_nothing(
-    scripts: bool, width: int, card: str, open_page: Opener
-) -> None:
+def test_each_answer_repeats_the_choice_and_moves_nothing(scripts, width, card, open_page):
     viewport = {"width": width, "height": 800}
     page = open_page(card, java_script_enabled=scripts, viewport=viewport).page
     form, picture = page.locator(".rs-predict"), page.locator(".rs-picture")
@@ -359,7 +354,7 @@ def test_each_answer_repeats_the_choice_and_moves_nothing(
 
 
 @pytest.mark.browser
-def test_it_is_answered_and_asked_again_by_keyboard(card: str, open_page: Opener) -> None:
+def test_it_is_answered_and_asked_again_by_keyboard(card, open_page):
     page = open_page(card).page
     form = page.locator(".rs-predict")
     for key in ("Tab", "Tab", "Space"):
@@ -373,7 +368,7 @@ def test_it_is_answered_and_asked_again_by_keyboard(card: str, open_page: Opener
 
 
 @pytest.mark.browser
-def test_a_finger_finds_44_pixels_of_all_that_can_be_pressed(card: str, open_page: Opener) -> None:
+def test_a_finger_finds_44_pixels_of_all_that_can_be_pressed(card, open_page):
     phone = {"width": 390, "height": 844}
     page = open_page(card, has_touch=True, is_mobile=True, viewport=phone).page
     pressed = page.locator(".rs-picture").locator("button, input, select, summary")
@@ -386,9 +381,7 @@ def test_a_finger_finds_44_pixels_of_all_that_can_be_pressed(card: str, open_pag
 
 
 @pytest.mark.browser
-def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(
-    card: str, open_page: Opener
-) -> None:
+def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(card, open_page):
     page = open_page(card).page
     form = page.locator(".rs-predict")
     page.emulate_media(media="print")
@@ -401,7 +394,7 @@ def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(
 
 
 @pytest.mark.browser
-def test_skip_never_stands_on_a_line_of_its_own(card: str, open_page: Opener) -> None:
+def test_skip_never_stands_on_a_line_of_its_own(card, open_page):
     page = open_page(card).page
     lines = set()
     for width in range(200, 480, 20):

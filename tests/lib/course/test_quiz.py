@@ -1,9 +1,5 @@
 """A quiz answers every option, marks the right ones, and is plain HTML."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import pytest
 from bs4 import BeautifulSoup
 from robust_slam_course.quiz import Option, Question, Quiz
@@ -16,7 +12,7 @@ def read(quiz: Quiz) -> BeautifulSoup:
     return BeautifulSoup(quiz.html(), "html.parser")
 
 
-def test_every_option_has_its_own_answer_that_says_whether_it_is_right() -> None:
+def test_every_option_has_its_own_answer_that_says_whether_it_is_right():
     page = read(Quiz([Question("Which one?", [RIGHT, WRONG])]))
     assert [label.get_text().strip() for label in page("label")] == ["A Huber", "B TLS"]
     right, wrong = (answer.get_text() for answer in page(role="status"))
@@ -24,18 +20,18 @@ def test_every_option_has_its_own_answer_that_says_whether_it_is_right() -> None
     assert wrong.startswith("✗ No. It lets go at")
 
 
-def test_several_options_may_be_right() -> None:
+def test_several_options_may_be_right():
     both = Question("Which?", [RIGHT, Option("Square", "So does it.", correct=True)])
     assert Quiz([both]).html().count("✓ Right.") == 2
 
 
-def test_each_question_is_a_group_named_by_its_prompt() -> None:
+def test_each_question_is_a_group_named_by_its_prompt():
     page = read(Quiz([Question(f"Question {k}?", [RIGHT, WRONG]) for k in range(3)]))
     groups = [group.legend.get_text() for group in page("fieldset")]
     assert groups == ["Question 0?", "Question 1?", "Question 2?"]
 
 
-def test_a_question_keeps_its_key_until_its_texts_change() -> None:
+def test_a_question_keeps_its_key_until_its_texts_change():
     def key(question: Question) -> str:
         return str(read(Quiz([question])).find(attrs={"data-question": True})["data-question"])
 
@@ -46,21 +42,21 @@ def test_a_question_keeps_its_key_until_its_texts_change() -> None:
     assert key(one) != key(Question("Which one?", [WRONG, RIGHT]))
 
 
-def test_math_stands_where_mathjax_looks_and_text_cannot_become_markup() -> None:
+def test_math_stands_where_mathjax_looks_and_text_cannot_become_markup():
     page = read(Quiz([Question("Is $a<b$ & c?", [RIGHT, WRONG])]))
     assert page.legend.get_text() == r"Is \(a<b\) & c?"
     assert page.legend.find(class_="math").get_text() == r"\(a<b\)"
     assert "<script>" not in Quiz([Question("<script>", [RIGHT, WRONG])]).html()
 
 
-def test_emphasis_code_and_apostrophes_are_marked_outside_math_only() -> None:
+def test_emphasis_code_and_apostrophes_are_marked_outside_math_only():
     html = Quiz([Question("Is *Huber's* `f's` or $a*b's*c$?", [RIGHT, WRONG])]).html()
     assert r"<em>Huber's</em> <code>f's</code>" in html
     assert r"\(a*b's*c\)" in html
     assert "Huber’s" in Quiz([Question("Is it Huber's?", [RIGHT, WRONG])]).html()
 
 
-def test_a_notebook_shows_html_that_needs_no_script_and_no_address() -> None:
+def test_a_notebook_shows_html_that_needs_no_script_and_no_address():
     quiz = Quiz([Question("Which one?", [RIGHT, WRONG])])
     html = quiz.html()
     assert "<script" not in html and "http" not in html
@@ -78,6 +74,6 @@ def test_a_notebook_shows_html_that_needs_no_script_and_no_address() -> None:
         (lambda: Quiz([]), "questions"),
     ],
 )
-def test_what_is_no_quiz_is_refused(make: Callable[[], object], message: str) -> None:
+def test_what_is_no_quiz_is_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()

@@ -1,12 +1,9 @@
 """The results file of the benchmark, as the pages read it."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import pytest
-from robust_slam_course.results import Results, read_results
+from robust_slam_course.results import read_results
 
 TEXT = """# version: "7-abc"
 # runs: "9 of 9"
@@ -19,26 +16,26 @@ lake,random,10,"B, jointly",3,0,0
 
 
 @pytest.fixture
-def results(tmp_path: Path) -> Results:
+def results(tmp_path):
     path = tmp_path / "results.csv"
     path.write_text(TEXT, encoding="utf-8")
     return read_results(path)
 
 
-def test_the_header_and_the_rows_are_read(results: Results) -> None:
+def test_the_header_and_the_rows_are_read(results):
     assert results.header == {"version": "7-abc", "runs": "9 of 9", "cpu seconds": 12}
     assert results.names("method") == ["A", "B, jointly"]
     assert results.names("graph") == ["town", "lake"]
 
 
-def test_good_maps_are_summed_over_the_rows_that_are_chosen(results: Results) -> None:
+def test_good_maps_are_summed_over_the_rows_that_are_chosen(results):
     assert results.good() == (4, 9)
     assert results.good(method="A") == (4, 6)
     assert results.share(method="A", percent="50") == pytest.approx(1 / 3)
     assert math.isnan(results.share(graph="lake", method="A")), "nothing was run"
 
 
-def test_a_header_that_is_not_json_is_refused(tmp_path: Path) -> None:
+def test_a_header_that_is_not_json_is_refused(tmp_path):
     path = tmp_path / "old.csv"
     path.write_text("# made by: hand\na,b\n", encoding="utf-8")
     with pytest.raises(ValueError, match="Expecting value"):

@@ -3,8 +3,6 @@
 ``tests/lib/course/mutants.py`` plants bugs that these comparisons must catch.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -15,14 +13,14 @@ pytestmark = [pytest.mark.long, pytest.mark.rest]
 
 
 @pytest.mark.parametrize("name", SOLVERS)
-def test_the_page_answers_what_the_library_answers(name: str) -> None:
+def test_the_page_answers_what_the_library_answers(name):
     differences = parity.compared(name)
     worst = int(np.argmax(differences))
     given = parity.drawn(name)[worst].given
     assert differences[worst] <= SOLVERS[name][1], (worst, given)
 
 
-def test_there_are_hundreds_of_cases_and_every_reason_to_stop() -> None:
+def test_there_are_hundreds_of_cases_and_every_reason_to_stop():
     cases = [case for name in SOLVERS for case in parity.drawn(name)]
     assert len(cases) > 800
     assert {case.expected["stop"] for case in cases if "stop" in case.expected} == {

@@ -1,7 +1,5 @@
 """The figures' style: seen on every page, told apart without colour, the same bytes each time."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import re
@@ -30,24 +28,24 @@ SOURCES = {".py", ".css", ".js"}
 
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.parametrize("name", SEEN)
-def test_every_colour_has_the_contrast_that_graphics_or_letters_need(name: str, page: str) -> None:
+def test_every_colour_has_the_contrast_that_graphics_or_letters_need(name, page):
     colour, ground = (getattr(COLOURS[each], page) for each in (name, "ground"))
     found, least = contrast(luminance(colour), luminance(ground)), 4.5 if name in LETTERS else 3.0
     assert found >= least, f"colours.toml: {name} on a {page} page has {found:.1f}, not {least}"
 
 
-def test_letters_are_drawn_in_these_colours_alone_and_the_ground_is_the_themes() -> None:
+def test_letters_are_drawn_in_these_colours_alone_and_the_ground_is_the_themes():
     assert "--rs-ground" not in site_colours()
     settings = ("text.color", "axes.labelcolor", "xtick.color", "ytick.color")
     assert {STYLE[key] for key in settings} <= {COLOURS[name].light for name in LETTERS}
 
 
-def test_palette_and_looks_know_no_other_colours() -> None:
+def test_palette_and_looks_know_no_other_colours():
     known = {colour.light for colour in COLOURS.values()}
     assert {*PALETTE.values(), *(look.color for look in LOOKS)} <= known
 
 
-def test_no_other_file_has_a_colour_of_the_palette() -> None:
+def test_no_other_file_has_a_colour_of_the_palette():
     shades = {shade.lower() for colour in COLOURS.values() for shade in colour} - {"#ffffff"}
     folders = (ROOT / "lib", ROOT / "chapters" / "assets", ROOT / "chapters" / "_ext")
     sources = [p for folder in folders for p in folder.rglob("*") if p.suffix in SOURCES]
@@ -79,7 +77,7 @@ for text in (
 """
 
 
-def test_a_colour_is_changed_in_one_place(tmp_path: Path) -> None:
+def test_a_colour_is_changed_in_one_place(tmp_path):
     """In figures, live pictures, quizzes, the site and reports."""
     shutil.copytree(ROOT / "lib", tmp_path / "lib")
     colours = tmp_path / "lib" / "robust_slam" / "colours.toml"
@@ -93,31 +91,31 @@ def test_a_colour_is_changed_in_one_place(tmp_path: Path) -> None:
     assert done.stdout.split("\n") == ["True False"] * 5 + [""]
 
 
-def test_a_colour_that_is_none_is_named() -> None:
+def test_a_colour_that_is_none_is_named():
     with pytest.raises(ValueError, match=r"colours.toml: ink is .*; write each shade as #rrggbb"):
         palette.colours('ink = { light = "black", dark = "#ffffff" }')
 
 
-def test_every_colour_has_a_line_and_a_marker_and_an_outlier_needs_no_colour() -> None:
+def test_every_colour_has_a_line_and_a_marker_and_an_outlier_needs_no_colour():
     assert PALETTE.keys() == LINESTYLES.keys() == MARKERS.keys()
     for signs in (LINESTYLES, MARKERS):
         assert signs["outlier"] != signs["inlier"]
 
 
-def test_two_looks_differ_in_colour_in_line_and_in_marker() -> None:
+def test_two_looks_differ_in_colour_in_line_and_in_marker():
     for first, second in itertools.combinations(LOOKS, 2):
         assert first.color != second.color
         assert first.linestyle != second.linestyle
         assert first.marker != second.marker
 
 
-def test_there_is_a_look_of_its_own_for_every_kernel() -> None:
+def test_there_is_a_look_of_its_own_for_every_kernel():
     assert len({kernel_look(name) for name in KERNELS}) == len(KERNELS)
     with pytest.raises(ValueError, match="name: there is no kernel 'no kernel'; give one of sq"):
         kernel_look("no kernel")
 
 
-def test_no_kernel_is_taken_for_an_inlier_or_an_outlier() -> None:
+def test_no_kernel_is_taken_for_an_inlier_or_an_outlier():
     """In figures, nor in the live picture, which has the same colours."""
     script = ROOT / "lib/robust_slam_course/canvas/js/pictures/kernels.js"
     live = re.findall(r'name: "(\w+)", .*colour: "(\w+)"', script.read_text("utf-8"))
@@ -136,7 +134,7 @@ def draw() -> str:
     return to_svg(figure)
 
 
-def test_the_same_figure_gives_the_same_bytes_and_keeps_its_letters() -> None:
+def test_the_same_figure_gives_the_same_bytes_and_keeps_its_letters():
     with figure_style():
         first, second = draw(), draw()
     assert first == second

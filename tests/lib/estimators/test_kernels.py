@@ -1,7 +1,5 @@
 """The laws that every kernel obeys, and numbers by hand."""
 
-from __future__ import annotations
-
 from math import inf, sqrt
 
 import numpy as np

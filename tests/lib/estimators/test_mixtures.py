@@ -1,7 +1,5 @@
 """Max-mixtures: the normaliser decides, and each mode stays a square."""
 
-from __future__ import annotations
-
 from math import log
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Switchable constraints: Geman–McClure in closed form, and the same map found jointly."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.errors import Underdetermined

@@ -1,7 +1,5 @@
 """Kernels are values, huge residuals are no error, and a graph is as good as a problem."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

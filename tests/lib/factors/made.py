@@ -1,7 +1,5 @@
 """A factor graph with every kind of factor, and the same in GTSAM."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam.factors import FactorGraph, Factors
 from robust_slam.graphs import gtsam_graph, se3, sphere
@@ -123,7 +121,6 @@ class Twin:
         return values
 
     def map(self, values):
-        """The map of GTSAM's values."""
         group, n = self.graph.group, self.graph.n
         poses = gtsam_graph.poses_from_gtsam(values, self.graph.relative)
         at = values.atPoint2 if self.plane else values.atPoint3

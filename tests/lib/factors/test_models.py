@@ -1,7 +1,5 @@
 """Every kind of factor has the residual and the derivatives that it claims, and GTSAM's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.factors.equations import FactorEquations

@@ -1,7 +1,5 @@
 """A factor graph as a problem of the loop: its minimum, its thresholds, its frame."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

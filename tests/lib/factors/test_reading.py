@@ -1,7 +1,5 @@
 """Landmarks, priors and GPS of g2o files: what is read, and what is refused by file and line."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.factors import FactorGraphProblem, read_factors
@@ -132,6 +130,14 @@ def test_an_edge_that_is_given_twice_is_noted(tmp_path):
     edge = PLANE.splitlines()[4]
     notes = read(tmp_path, f"{PLANE}{edge}\n").notes
     assert len(notes) == 1 and notes[0].startswith("line 10 gives edge 3-5 once more")
+
+
+@pytest.mark.parametrize(("digits", "words"), [(6, "six digits, which is 10 m at 5"), (9, "")])
+def test_gps_far_away_needs_more_than_six_digits(tmp_path, digits, words):
+    steps = [f"EDGE_SE2 {k} {k + 1} 1 0 0 4 0 0 4 0 9\n" for k in range(9)]
+    fixes = [f"EDGE_PRIOR_SE2_XY {k} {5.5e6 + k + 0.1:.{digits}g} 0 9 0 9\n" for k in range(9)]
+    doubts = read(tmp_path, "".join(steps + fixes)).doubts
+    assert (len(doubts) == 1 and words in doubts[0]) if words else doubts == ()
 
 
 def test_without_vertices_the_landmarks_are_those_of_the_edges(tmp_path):

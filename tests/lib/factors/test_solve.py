@@ -1,7 +1,6 @@
 """The robust map of a factor graph: what it rejects, how it chooses, what it tells."""
 
-from __future__ import annotations
-
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -121,6 +120,20 @@ def test_the_answer_tells_what_it_kept_and_what_is_lost():
     less = answer.kept & ~np.any(graph.ends == 100, axis=1)
     assert replace(answer, kept=less).lost.tolist() == [0]
     assert "lost       1 landmark without" in replace(answer, kept=less).summary()
+
+
+@pytest.mark.parametrize(
+    ("claimed", "words"), [(100.0, "positions of .* rejected, half "), (1, "")]
+)
+def test_positions_that_claim_too_much_are_doubted(claimed, words):
+    graph, _, _ = park(100, 1)
+    fixes = replace(
+        graph.positions, information=claimed**2 * np.asarray(graph.positions.information)
+    )
+    answer = solve_factors(replace(graph, positions=fixes))
+    assert re.search(words or "^$", " ".join(answer.doubts)) and " ".join(answer.doubts) in (
+        answer.summary()
+    )
 
 
 def test_without_time_there_is_a_map_that_says_so():

@@ -1,7 +1,5 @@
 """A fleet finds the map that a centre would find, and only the boundary crosses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -24,7 +22,6 @@ SIZES = {2: 60, 3: 40, 4: 30}
 
 
 def crossing(graph, labels):
-    """Which edges lead from one robot to another."""
     return labels[graph.edges[:, 0]] != labels[graph.edges[:, 1]]
 
 

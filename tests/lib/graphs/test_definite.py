@@ -8,10 +8,10 @@ import re
 import numpy as np
 import pytest
 import robust_slam as rs
-from robust_slam.graphs.definite import definite
 from robust_slam.graphs.g2o import write
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.graph_file import GraphFileError
+from robust_slam.graphs.matrices import definite
 from robust_slam.graphs.reading import read
 
 

@@ -293,6 +293,62 @@ TUM = "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 1 1\n"
 KITTI = "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 2 0 0 1 0\n"
 
 
+def table(mark=" ", order=range(8), names="", point=".", ahead=(), behind=(), unit=1.0):
+    """The trajectory of ``TUM``, whose columns are in an ``order`` among others."""
+    rows = []
+    for k, line in enumerate(TUM.splitlines()):
+        time, *rest = map(float, line.split())
+        given = [f"{(1.4e9 + time) * unit:.0f}" if unit > 1.0 else f"{time:.3f}"]
+        given += [f"{value:.9f}" for value in rest]
+        row = [*[str(k)] * len(ahead), *[given[place] for place in order], *map(str, behind)]
+        rows.append(mark.join(row).replace(".", point))
+    return "\n".join([*([names] if names else []), *rows, ""])
+
+
+W_FIRST = (0, 1, 2, 3, 7, 4, 5, 6)
+EUROC = (
+    "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y []"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (table(names="timestamp x y z qx qy qz qw"), ""),
+        (table(names="# timestamp(s) tx ty tz qx qy qz qw"), ""),
+        (table(", "), ""),
+        (table(",", behind=[""]), ""),
+        (table("\t", point=","), "the commas in its numbers are read as decimal points"),
+        (table(";", point=","), ""),
+        (table("; ", names="Time;X;Y;Z;Qx;Qy;Qz;Qw"), ""),
+        (table(names="num t x y z qx qy qz qw", ahead=[0]), "read as time x y z qx qy qz qw"),
+        (
+            table(order=(4, 5, 6, 7, 1, 2, 3, 0), names="qx qy qz qw tx ty tz t"),
+            "qx qy qz qw x y z time",
+        ),
+        (table(",", W_FIRST, names="t,x,y,z,w,x,y,z"), "read as time x y z qw qx qy qz"),
+        (table(",", W_FIRST, unit=1e9), "qw qx qy qz, with the time in nanoseconds"),
+        (table(",", W_FIRST, unit=1e9, behind=range(9)), "with the time in nanoseconds"),
+        (
+            table(",", W_FIRST, f"{EUROC}, q_RS_z [], v [m s^-1]", unit=1e9, behind=[0.1]),
+            "qw qx qy qz, with the time in nanoseconds",
+        ),
+        (table(unit=1e9), "qx qy qz qw, with the time in nanoseconds"),
+        (table(names="slam:vins\nseq:1\n#Time position:x y z quaternion:x y z w"), ""),
+        (table(names="#timestamp x y z qx qy qz qw id", behind=[7]), ""),
+        (table(unit=1e6), "with the time in microseconds"),
+    ],
+)
+def test_a_table_is_read_whatever_separates_and_names_its_columns(tmp_path, text, said):
+    options = {"odometry": (0.1, 0.1)}
+    found, plain = read(tmp_path, text, **options), read(tmp_path, TUM, **options)
+    np.testing.assert_allclose(found.poses, plain.poses, atol=1e-8)
+    np.testing.assert_allclose(found.times - found.times[0], [0.0, 1.0, 2.0], atol=1e-6)
+    assert said in " ".join(found.notes) if said else not found.notes
+    with pytest.raises(GraphFileError, match="a trajectory does not tell how exact it is"):
+        read(tmp_path, text)
+
+
 @refused(
     (TUM.replace("1.5", "0.5"), "2: the time does not ascend; sort the lines"),
     (TUM.replace("0 0 1 1", "0 0 0 0"), "3: the quaternion is 0"),
@@ -302,6 +358,7 @@ KITTI = "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 2 0 0 1 0\n"
     (TUM.replace("1.5 1", "1.5 x"), "2: field 2 is 'x'; give a number"),
     (TUM.splitlines()[0], " one pose is no trajectory; give at least two"),
     ("# t x y\n1 2 3\n", "2: 3 numbers are no pose of a trajectory; give 8, as TUM does"),
+    (table(",").replace("1.500", "1.500,"), "2: the line has 9 numbers, the first one 8"),
     (KITTI.replace("0 -1 0 1", "0 -2 0 1"), "2: the left part of [R | t] is not a rotation"),
     (KITTI.replace("0 -1 0 1", "0 1 0 1"), "2: the left part of [R | t] is not a rotation"),
 )
@@ -347,6 +404,9 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
     plane = put(tmp_path, "EDGE_SE2 0 2 1 1 0 1 0 0 1 0 1\n", "closures.g2o")
     with pytest.raises(ValueError, match="closures: they are in the plane, and pose 1 of the tra"):
         rs.read(bent, odometry=(0.1, 0.1), closures=plane)
+    turned = put(tmp_path, TUM.replace("0 0 0 1\n", "1 0 0 0\n").replace("0 0 1 1", "1 0 0 1"))
+    with pytest.raises(ValueError, match=r"pose 2 of the .* begin with w, write qx qy qz qw"):
+        rs.read(turned, odometry=(0.1, 0.1), closures=plane)
     for option in ({"odometry": (0.1, 0.1)}, {"closures": path}):
         with pytest.raises(ValueError, match=f"{next(iter(option))}: it is for a trajectory"):
             rs.read(plane, **option)

@@ -118,6 +118,17 @@ def test_odometry_is_the_first_forward_edge_between_neighbours_or_else_the_first
     assert found.graph.is_odometry.tolist() == [k in (1, 4, 6) for k in range(8)]
 
 
+@pytest.mark.parametrize("ends", [(12, 13), (13, 12)])
+def test_a_wrong_closure_between_neighbours_is_none_wherever_it_stands(tmp_path, ends):
+    walk = [
+        f"EDGE_SE2 {k} {k + 1} {1 + 0.01 * (k % 3)} 0 {k % 4 // 3} {UNIT}\n" for k in range(30)
+    ]
+    wrong, back = f"EDGE_SE2 {ends[0]} {ends[1]} 3 2 2 {UNIT}\n", f"EDGE_SE2 13 12 -1 0 0 {UNIT}\n"
+    for lines in ([wrong, *walk], [*walk, wrong], [wrong, *walk[:12], back, *walk[13:]]):
+        graph = read(tmp_path, "".join(lines)).graph
+        assert np.flatnonzero(~graph.is_odometry).tolist() == [lines.index(wrong)]
+
+
 def test_comments_blank_lines_and_other_line_ends_are_passed_over(tmp_path):
     noisy = "\ufeff# a graph\n\n" + PLANE.replace("\n", "  # and so on\r\n\t\r\n")
     assert_same_bits(read(tmp_path, noisy), read(tmp_path, PLANE))

@@ -7,8 +7,6 @@ import pytest
 from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3
 from robust_slam.graphs.generate import Noise, circle, manhattan, sphere
 from robust_slam.graphs.group import group_of
-from robust_slam.graphs.laser import building
-from robust_slam.graphs.odometry import spanning_tree
 
 from tests.lib.worlds import assert_same_poses
 
@@ -24,7 +22,7 @@ def places(poses):
     return group_of(poses).translation(poses)
 
 
-@pytest.mark.parametrize("make", [circle, manhattan, sphere, building])
+@pytest.mark.parametrize("make", [circle, manhattan, sphere])
 def test_the_same_seed_gives_the_same_graph_and_another_seed_another(make):
     first, again, other = (make(60, np.random.default_rng(seed))[0] for seed in (1, 1, 2))
     for name in ("edges", "measurement", "information", "is_odometry"):
@@ -157,33 +155,6 @@ def test_a_walk_that_never_turns_of_itself_goes_round_the_town():
     assert len(np.unique(truth[:, :2], axis=0)) == 12
 
 
-def test_in_a_building_without_noise_the_spanning_tree_finds_the_truth():
-    graph, truth = building(400, np.random.default_rng(0), gaps=3, closures=60, scale=0.0)
-    assert pose_graph.cost(graph, truth) < 1e-12
-    np.testing.assert_allclose(truth[0], 0.0, atol=1e-12)
-    found = se2.between(spanning_tree(graph), truth)
-    np.testing.assert_allclose(found, 0.0, atol=1e-9)
-
-
-def test_at_the_truth_an_edge_costs_a_chi_square_of_3_degrees():
-    graph, truth = building(2000, np.random.default_rng(3))
-    squares = pose_graph.squared_norms(graph, truth)
-    for edges in (graph.is_odometry, ~graph.is_odometry):
-        spread = np.sqrt(6.0 / np.sum(edges))
-        assert np.mean(squares[edges]) == pytest.approx(3.0, abs=4.0 * spread)
-
-
-def test_gaps_are_missing_and_closures_join_what_they_separate():
-    graph, truth = building(800, np.random.default_rng(5), gaps=4, closures=100)
-    i, j = graph.edges.T
-    assert graph.is_odometry.sum() == 800 - 1 - 4
-    assert np.all(j[graph.is_odometry] == i[graph.is_odometry] + 1)
-    assert np.sum(~graph.is_odometry) == 100
-    assert not graph.odometry_joins_all  # PoseGraph has checked that all edges join all poses
-    apart = np.linalg.norm(truth[i, :2] - truth[j, :2], axis=1)
-    assert apart[~graph.is_odometry].max() <= 1.0 + 1e-9
-
-
 @pytest.mark.parametrize("neighbours", [1, 3, 5])
 def test_a_pose_of_the_sphere_has_neighbours_on_the_next_ring(neighbours):
     graph, _ = sphere(120, np.random.default_rng(0), around=12, neighbours=neighbours)
@@ -213,9 +184,6 @@ def test_a_pose_of_the_sphere_has_neighbours_on_the_next_ring(neighbours):
         (manhattan, {"turn": 1.5}, "turn is 1.5"),
         (manhattan, {"side": 0}, "side is 0"),
         (manhattan, {"block": -1.0}, "block is -1.0"),
-        (building, {"gaps": 19}, "gaps 19"),
-        (building, {"n": 300, "gaps": 200}, "the closures do not join"),
-        (building, {"closures": 10_000}, "closures is 10000"),
     ],
 )
 def test_bad_input_is_refused_by_name(make, wrong, message):

@@ -1,7 +1,5 @@
 """The tools of assignment 09 work, and its pictures of public data and of GTSAM's map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -26,7 +24,7 @@ def town(seed=7, count=6):
 
 # In the second town GNC decides otherwise where it begins at least squares.
 @pytest.mark.parametrize(("seed", "count"), [(7, 6), (6, 8)])
-def test_tools_put_together_decide_as_the_library_does(seed: int, count: int) -> None:
+def test_tools_put_together_decide_as_the_library_does(seed, count):
     graph, _ = town(seed, count)
     whole = library.solve(graph)
     limit = 3.3682141752187276
@@ -40,7 +38,7 @@ def test_tools_put_together_decide_as_the_library_does(seed: int, count: int) ->
     assert answer["gap"] == pytest.approx(certificate.bound, abs=1e-6)
 
 
-def test_the_tool_for_pairs_takes_arrays_and_lists() -> None:
+def test_the_tool_for_pairs_takes_arrays_and_lists():
     graph, _ = town()
     own, loops = graph.is_odometry, ~graph.is_odometry
     cov = np.linalg.inv(graph.information)
@@ -59,18 +57,14 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(capstone.datasets, "load_or_generate", lambda *_: found)
 
 
-def test_a_public_graph_is_named_and_drawn(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_public_graph_is_named_and_drawn(monkeypatch, capsys):
     small(monkeypatch)
     figure = capstone.public_graph(pipeline)
     assert isinstance(figure, Figure)
     assert capsys.readouterr().out == "a small town\n"
 
 
-def test_where_there_is_no_data_a_graph_is_made(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_where_there_is_no_data_a_graph_is_made(monkeypatch, capsys):
     def keep_all(graph, *_):
         poses = np.zeros((graph["n"], 3))
         return {"kept": np.ones(len(graph["edges"]), bool), "poses": poses, "verdict": len(poses)}
@@ -84,7 +78,7 @@ def test_where_there_is_no_data_a_graph_is_made(
     assert capsys.readouterr().out == "made up\n"
 
 
-def test_gtsam_has_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gtsam_has_the_same_map(monkeypatch):
     pytest.importorskip("gtsam")
     small(monkeypatch)
     figure = capstone.beside_gtsam(pipeline)
@@ -92,9 +86,7 @@ def test_gtsam_has_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:
     assert float(figure.axes[0].get_title().split()[3]) < 0.05
 
 
-def test_without_gtsam_a_sentence_says_so(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_gtsam_a_sentence_says_so(monkeypatch, capsys):
     monkeypatch.setattr(capstone, "find_spec", lambda name: None)
     assert capstone.beside_gtsam(pipeline) is None
     assert capsys.readouterr().out == f"{capstone.NO_GTSAM}\n"

@@ -1,7 +1,5 @@
 """The assignments' pictures: the reference lies on the truth, a wrong answer leaves it."""
 
-from __future__ import annotations
-
 import inspect
 import json
 from collections.abc import Callable
@@ -66,11 +64,11 @@ def right(assignment: str, name: str) -> Figure:
 
 
 @pytest.mark.parametrize(("assignment", "name"), ALL)
-def test_the_reference_is_drawn_as_it_was(assignment: str, name: str) -> None:
+def test_the_reference_is_drawn_as_it_was(assignment, name):
     drawn.check(right(assignment, name), name, DRAWN, ROUGH.get(name, 1e-5))
 
 
-def test_the_reference_lies_on_the_truth_wherever_that_is_a_curve() -> None:
+def test_the_reference_lies_on_the_truth_wherever_that_is_a_curve():
     pairs = 0
     for assignment, name in ALL:
         for ax in right(assignment, name).axes:
@@ -112,7 +110,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_answer_is_drawn_as_it_was_and_leaves_the_truth(case: str) -> None:
+def test_a_wrong_answer_is_drawn_as_it_was_and_leaves_the_truth(case):
     name, wrong = WRONG[case]
     (assignment,) = [assignment for assignment, one in ALL if one == name]
     students = [wrong(right) for right in arguments(assignment, name)]
@@ -137,7 +135,7 @@ WRITTEN = {"classify", "judge"}
 
 
 @pytest.mark.parametrize(("assignment", "name"), ALL)
-def test_what_cannot_be_drawn_gets_a_sentence(assignment: str, name: str, capsys) -> None:
+def test_what_cannot_be_drawn_gets_a_sentence(assignment, name, capsys):
     draw = pictures(MODULES[assignment])[name]
     found = [] if name in WRITTEN else CANNOT.get(MODULES[assignment], [None])
     unfinished = Mock(side_effect=NotImplementedError)

@@ -1,7 +1,7 @@
-"""Pose graphs in TORO's text format.
+"""The text formats of TORO and of PyFactorGraph: what their lines mean.
 
-Tags: ``VERTEX2 id x y θ``; ``EDGE2 i j x y θ`` and 6 numbers of information in TORO's own
-order, I_xx I_xy I_yy I_θθ I_xθ I_yθ; ``VERTEX3 id x y z roll pitch yaw``; ``EDGE3 i j x y z
+**TORO**: ``VERTEX2 id x y θ``; ``EDGE2 i j x y θ`` and 6 numbers of information in an order of
+its own, I_xx I_xy I_yy I_θθ I_xθ I_yθ; ``VERTEX3 id x y z roll pitch yaw``; ``EDGE3 i j x y z
 roll pitch yaw`` and 21 numbers, the upper triangle, row by row, in the order of the pose.
 Metres and radians. An edge ``i j`` measures pose j in the frame of pose i. The rotation is
 R = R_z(yaw) R_y(pitch) R_x(roll). TORO weighs the three angles of a residual, which for a small
@@ -14,21 +14,33 @@ remark says so. GTSAM's ``load2D`` goes by the zeros of the matrix, and takes th
 numbers for a covariance unless told ``NoiseFormatTORO``; its ``load3D`` leaves the order of the
 21 numbers as it is, though GTSAM has the rotation first.
 
+**PyFactorGraph** (``.pyfg``): the lines of g2o with a time (s) behind the tag, and with 6 or 21
+numbers of covariance, not of information, in the order of g2o. The vertices are the true poses
+where the file is a simulation. An id is a letter, which names the robot, and a number: A7. As a
+whole number it is GTSAM's key, letter · 2⁵⁶ + number. Priors, landmarks and ranges are refused
+or, on demand, skipped.
+
 Source: Grisetti et al. 2007, "A tree parameterisation for efficiently computing maximum
-likelihood maps using gradient descent", and the page of its program TORO for the format.
+likelihood maps using gradient descent", and the page of its program TORO; the module
+``pyfg_text`` of the program PyFactorGraph.
 """
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, Ids
 from robust_slam.graphs import quaternions, se3
+from robust_slam.graphs.graph_file import Names
 from robust_slam.graphs.lines import Rows
 from robust_slam.graphs.matrices import row_by_row, symmetric
 from robust_slam.graphs.tagged import Format, Layout
 
+_BITS = 56
+_ID = re.compile(r"[A-Za-z][0-9]{1,16}", re.ASCII)
 _ROWS, _COLUMNS = np.array([0, 0, 1, 2, 0, 1]), np.array([0, 1, 1, 2, 2, 2])
 
 
@@ -62,3 +74,37 @@ TORO = Format(
     passed=("EQUIV",),
 )
 """What the lines of a TORO file mean."""
+
+
+def read_id(field: str) -> int | None:
+    """Return the key of an id such as A7, or None where the field is not one."""
+    return (ord(field[0]) << _BITS) + int(field[1:]) if _ID.fullmatch(field) else None
+
+
+def _robots(ids: Ids) -> Ids:
+    return np.asarray(ids >> _BITS)
+
+
+def _names(ids: Ids) -> Names:
+    words = [f"{chr(key >> _BITS)}{key & (2**_BITS - 1)}" for key in ids.ravel().tolist()]
+    return np.array(words).reshape(ids.shape)
+
+
+PYFG = Format(
+    Layout(
+        "VERTEX_SE2",
+        "EDGE_SE2",
+        3,
+        3,
+        lambda rows: rows.numbers[:, :3],
+        covariance=True,
+        angles=(2,),
+    ),
+    Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, quaternions.poses_of, covariance=True),
+    stamps=1,
+    read_id=read_id,
+    ids_are="a letter and a number, such as A7",
+    names=_names,
+    robots=_robots,
+)
+"""What the lines of a .pyfg file mean."""

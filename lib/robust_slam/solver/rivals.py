@@ -1,0 +1,271 @@
+"""What speaks against a map: rivals of it, and places that alone hold a part of it.
+
+A rival is what rejected closures that agree with each other give, forced into the map and settled.
+The contest is local: closures that both keep say nothing about it, so each is judged by the
+evidence of what it keeps beyond them. Closures of one place may all be wrong for one reason. A
+place is therefore one witness, however many closures it has, and a part of the map that hangs on
+one place is as right as this place.
+
+Source: Mangelson et al. 2018 for closures that agree in pairs, MacKay 2003, chapter 28, for the
+comparison by evidence, Baarda 1968 for what the others leave of a measurement; the rest is derived
+here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.consistency.bridges import find_bridges
+from robust_slam.consistency.pairwise import pairwise_distances
+from robust_slam.estimators.graduation import gnc
+from robust_slam.graphs.forest import find_forest, poses_along
+from robust_slam.graphs.pose_graph import (
+    PoseGraph,
+    connected_parts,
+    relative_poses,
+    residuals,
+    select,
+    squared_norms,
+)
+from robust_slam.solver.candidates import TOL, Candidate, Search, Sparing
+from robust_slam.solver.evidence import any_entropy, evidence, gains
+from robust_slam.solver.fitted import Fitted
+from robust_slam.solver.noise import rescaled
+
+APART, _ALONG = 4, 20
+"""Closures are of one place if both ends are so few poses apart, or one end, and the other so."""
+_LEAST = 3
+"""Fewer rejected closures are no rival."""
+_TRIED = 5
+"""So many groups are tried, the largest first."""
+_CLEAR = 2.0
+"""A closure within so many thresholds is no matter of dispute."""
+_STEPS = 10
+_COMPARABLE = 0.1
+"""A rival is comparable if what it keeps beyond both has this share of the map's evidence."""
+_WON = 3
+"""So many rivals in turn may take the place of the map."""
+_ALONE = 5.5
+"""A place is not confirmed if the map without it predicts it less (nats) better than chance …"""
+_RESTING = 25
+"""… and named if so many poses rest on it."""
+
+
+def places(ends: Indices) -> Indices:
+    """Return the first closure of each place among those with ``ends`` ``(k, 2)``."""
+    free, first = np.ones(len(ends), dtype=np.bool_), []
+    for k in range(len(ends)):
+        if free[k]:
+            first.append(k)
+            off = np.abs(ends - ends[k])
+            free &= (off.min(axis=1) > APART) | (off.max(axis=1) > _ALONG)
+    return np.array(first, dtype=np.intp)
+
+
+def apart(search: Search, best: Candidate, closures: Indices) -> Array:
+    """Return how far pairs of ``closures`` ``(k,)`` disagree on a displacement, ``(k, k)``.
+
+    It is the distance of ``pairwise_distances``, where the kept edges of the map take the place of
+    the odometry: a tree of the fewest of them.
+    """
+    graph = _as_mapped(rescaled(search.graph, best.found), best)
+    root, every = np.array([graph.n // 2]), np.arange(best.kept.size)
+    forest = find_forest(graph, best.kept, np.ones(best.kept.size), root)
+    tree = replace(graph, is_odometry=np.isin(every, forest.edge))
+    return pairwise_distances(tree, np.isin(every, closures))
+
+
+def _as_mapped(graph: PoseGraph, best: Candidate) -> PoseGraph:
+    """Return the graph whose kept edges measure what they do in the map."""
+    measurement = graph.measurement.copy()
+    measurement[best.kept] = relative_poses(graph, best.poses)[best.kept]
+    return replace(graph, measurement=measurement)
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """A rival, and the evidence (nats) of what it, and of what the map keeps beyond both."""
+
+    rival: Candidate
+    for_rival: float
+    for_map: float
+
+
+def comparable(found: Sequence[Contest]) -> list[Candidate]:
+    """Return the rivals that explain what is contested nearly as well as the map."""
+    return [
+        one.rival
+        for one in found
+        if one.for_map > 0.0 and one.for_rival > _COMPARABLE * one.for_map
+    ]
+
+
+def unbeaten(
+    search: Search, best: Candidate, found: list[Contest]
+) -> tuple[Search, Candidate, list[Contest]]:
+    """Return the search and the map that no rival beats, and its contests, at first ``found``.
+
+    Other closures may join the sessions of a rival.
+    """
+    for _ in range(_WON):
+        better = [one for one in found if one.for_rival > one.for_map]
+        if not better:
+            break
+        poses = max(better, key=lambda one: one.for_rival - one.for_map).rival.poses
+        odometry = search.graph.is_odometry
+        free = replace(search, trusted=odometry)
+        won = search.refined(free.settle("rival", poses, best.tested))
+        if won.evidence <= best.evidence:
+            break
+        trusted = odometry.copy()
+        trusted[find_bridges(search.graph, won.kept).edges] = True
+        search, best = replace(search, trusted=trusted), won
+        found = list(contests(search, best))
+    return search, best, found
+
+
+def contests(search: Search, best: Candidate) -> Iterator[Contest]:
+    """Yield a contest for each group of closures that ``best`` rejects and that agree.
+
+    The middle of a group is trusted, GNC finds what else agrees with it, and truncated least
+    squares decides freely from there, with the noise of the map.
+    """
+    graph, odometry = rescaled(search.graph, best.found), search.graph.is_odometry
+    if np.sum(~best.kept & ~odometry) < _LEAST:
+        return
+    free = replace(search, graph=graph, trusted=odometry, learns=False)
+    left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
+    far = apart(search, best, left)
+    for _ in range(_TRIED):
+        agree = far <= search.threshold
+        sizes = agree.sum(axis=1)
+        if search.deadline.passed or sizes.max(initial=0) < _LEAST:
+            return
+        middle = int(np.argmax(sizes))
+        seed = np.argsort(far[middle], kind="stable")[:_LEAST]
+        tried = np.isin(np.arange(left.size), seed)
+        with suppress(ValueError):
+            poses = _forced(free, best, left[seed], left[agree[middle]])
+            rival = free.settle("rival", poses, np.ones(4))
+            tried |= rival.kept[left]
+            if np.any(rival.kept[left]):
+                yield _compared(free, best, rival)
+        left, far = left[~tried], far[np.ix_(~tried, ~tried)]
+
+
+def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Array:
+    """Return the poses that GNC reaches with a ``group`` whose ``seed`` is trusted.
+
+    It begins at the map without the closures that may contradict the seed, where the seed
+    puts sessions.
+    """
+    used, trusted, n = best.kept.copy(), free.trusted.copy(), free.graph.n
+    used[group] = trusted[seed] = True
+    length = np.where(free.graph.is_odometry, 1.0, float(n) ** 2)
+    length[seed] = n
+    whole = _as_mapped(free.graph, best)
+    poses = poses_along(whole, find_forest(whole, used, length, np.zeros(1, dtype=np.intp)))
+    problem = Sparing(select(free.graph, used), poses, trusted[used], steps=1)
+    first = trusted | (best.kept & ~_against(free, best, seed))
+    for _ in range(_STEPS):
+        poses = problem.solve(first[used].astype(np.float64), poses)
+    return gnc(problem, free.threshold, "tls", poses, tol=TOL, max_seconds=free.deadline.left).x
+
+
+def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
+    """Return the kept closures ``(m,)`` that join what the ``seed`` joins, across a cut of fewest.
+
+    A cut parts earlier from later poses; where no cut parts the ends of all the seed, the one with
+    most of it counts.
+    """
+    low, high = np.sort(free.graph.edges, axis=1).T
+    cuts = np.arange(1, free.graph.n)
+    kept = best.kept & ~free.graph.is_odometry
+
+    def crossing(closures: Indices) -> Indices:
+        before = np.searchsorted(np.sort(low[closures]), cuts)
+        return before - np.searchsorted(np.sort(high[closures]), cuts)
+
+    ranked = crossing(seed) * (len(kept) + 1) - crossing(np.flatnonzero(kept))
+    cut = cuts[np.argmax(ranked)]
+    return np.asarray(kept & (low < cut) & (high >= cut))
+
+
+def _compared(free: Search, best: Candidate, rival: Candidate) -> Contest:
+    return Contest(rival, _beyond(free, rival, best), _beyond(free, best, rival))
+
+
+def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
+    """Return the evidence of what one map keeps and the other clearly rejects, each place once.
+
+    What joins sessions that are apart without it is no evidence, and one place alone none either.
+    """
+    own = np.flatnonzero(one.kept & _rejected(free, other.poses))
+    own = own[places(free.graph.edges[own])]
+    if own.size < 2:
+        return 0.0
+    base = one.kept & other.kept
+    for edge in own:
+        part = connected_parts(free.graph.n, free.graph.edges[base])
+        i, j = free.graph.edges[edge]
+        base[edge] = part[i] != part[j]
+    rich = base.copy()
+    rich[own] = True
+    less, more = (
+        evidence(free.graph, _minimum(free, kept, one.poses), kept, free.entropy)
+        for kept in (base, rich)
+    )
+    return more - less
+
+
+def _rejected(free: Search, poses: Array) -> Mask:
+    """Return which closures ``(m,)`` a map clearly rejects, even if they claim too much."""
+    graph, closures = free.graph, ~free.graph.is_odometry
+    typical = np.median(graph.information[closures], axis=0)
+    r = residuals(graph, poses)
+    squares = np.minimum(squared_norms(graph, poses), np.einsum("ka,ab,kb->k", r, typical, r))
+    return np.asarray(closures & (squares > (_CLEAR * free.threshold) ** 2))
+
+
+def _minimum(search: Search, kept: Mask, poses: Array) -> Array:
+    problem = search.problem(search.graph)
+    for _ in range(_STEPS):
+        poses = problem.solve(kept.astype(np.float64), poses)
+    return poses
+
+
+@dataclass(frozen=True, eq=False)
+class Lone:
+    """A closure of the place that ``poses`` ``(k,)`` rest on, which nothing else confirms."""
+
+    edge: int
+    poses: Indices
+
+
+def lone_places(search: Search, best: Candidate) -> tuple[Lone, ...]:
+    """Return the places that hold a part of the map, and that nothing confirms.
+
+    Chance are two poses of the map: without the place, the others and the odometry hardly tell
+    those that it joins from any two.
+    """
+    free = replace(search, graph=rescaled(search.graph, best.found))
+    closures = np.flatnonzero(best.kept & ~search.graph.is_odometry)
+    one_each = np.zeros(best.kept.size, dtype=np.bool_)
+    one_each[closures[places(search.graph.edges[closures])]] = True
+    kept = (best.kept & search.graph.is_odometry) | one_each
+    poses = _minimum(free, kept, best.poses)
+    gained = gains(free.graph, poses, kept, one_each, any_entropy(free.graph.group, poses))
+    alone = np.flatnonzero(one_each)[gained < _ALONE]
+    if not alone.size:
+        return ()
+    fit = Fitted.of(free.graph, poses, kept)
+    shares = fit.following(np.cumsum(kept)[alone] - 1)
+    found = (
+        Lone(int(k), np.flatnonzero(share > 0.5)) for k, share in zip(alone, shares, strict=True)
+    )
+    return tuple(one for one in found if one.poses.size >= _RESTING)

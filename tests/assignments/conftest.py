@@ -1,0 +1,18 @@
+"""All assignments as students get them, made once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder.publishing.student_release import release
+
+from tests.assignments import answers
+
+
+@pytest.fixture(scope="session")
+def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a release of all assignments."""
+    folder = tmp_path_factory.mktemp("released")
+    release(answers.SOLUTIONS, [], folder)
+    return folder
