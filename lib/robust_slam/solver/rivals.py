@@ -99,12 +99,9 @@ class Contest:
 
 
 def comparable(found: Sequence[Contest]) -> list[Candidate]:
-    """Return the rivals that explain what is contested nearly as well as the map."""
-    return [
-        one.rival
-        for one in found
-        if one.for_map > 0.0 and one.for_rival > _COMPARABLE * one.for_map
-    ]
+    """Return the rivals that explain what is contested nearly as well as the map, best first."""
+    near = [one for one in found if one.for_rival > _COMPARABLE * one.for_map > 0.0]
+    return [one.rival for one in sorted(near, key=lambda one: one.for_map / one.for_rival)]
 
 
 def unbeaten(
