@@ -32,6 +32,7 @@ from robust_slam.graphs.pose_graph import (
     select,
     squared_norms,
 )
+from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver.candidates import TOL, Candidate, Search, Sparing
 from robust_slam.solver.evidence import any_entropy, evidence, gains
 from robust_slam.solver.fitted import Fitted
@@ -45,6 +46,8 @@ _SEED = 2
 """So many of a group are trusted; more may have a wrong one among them."""
 _TRIED = 5
 """So many groups are tried, the largest first."""
+_POSES = 5000
+"""Of a graph of more than a fifth of so many poses fewer groups are tried."""
 _CLEAR = 2.0
 """A closure within so many thresholds is no matter of dispute."""
 _STEPS = 10
@@ -54,6 +57,8 @@ _WON = 3
 """So many rivals in turn may take the place of the map."""
 _ALONE = 4.0
 """A place is not confirmed if the map without it predicts it less (nats) better than chance …"""
+_DRAWS, _CHECKED, _MOST = 24, 0.4, 200
+"""By so many draws the poses take up more than this share of its noise; fewer than so many."""
 _RESTING = 25
 """… and named if so many poses rest on it."""
 
@@ -143,7 +148,7 @@ def contests(search: Search, best: Candidate) -> Iterator[Contest]:
     tree = replace(graph, is_odometry=search.trusted)
     drifted = pairwise_distances(tree, np.isin(np.arange(odometry.size), left))
     far = np.minimum(apart(search, best, left), drifted)
-    for _ in range(_TRIED):
+    for _ in range(max(1, min(_TRIED, _POSES // graph.n))):
         agree = far <= search.threshold
         sizes = agree.sum(axis=1)
         if search.deadline.passed or sizes.max(initial=0) < _LEAST:
@@ -175,8 +180,7 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
     poses = poses_along(whole, find_forest(whole, used, length, np.zeros(1, dtype=np.intp)))
     problem = Sparing(select(free.graph, used), poses, trusted[used], steps=1)
     first = trusted | (best.kept & ~_against(free, best, seed))
-    for _ in range(_STEPS):
-        poses = problem.solve(first[used].astype(np.float64), poses)
+    poses = _at_rest(problem, first[used], poses)
     return gnc(problem, free.threshold, "tls", poses, tol=TOL, max_seconds=free.deadline.left).x
 
 
@@ -239,9 +243,15 @@ def _rejected(free: Search, poses: Array) -> Mask:
 
 
 def _minimum(search: Search, kept: Mask, poses: Array) -> Array:
-    problem = search.problem(search.graph)
+    return _at_rest(search.problem(search.graph), kept, poses)
+
+
+def _at_rest(problem: PoseGraphProblem, used: Mask, poses: Array) -> Array:
+    """Return the poses where Gauss-Newton steps with the ``used`` edges ``(m,)`` hardly move."""
     for _ in range(_STEPS):
-        poses = problem.solve(kept.astype(np.float64), poses)
+        before, poses = poses, problem.solve(used.astype(np.float64), poses)
+        if np.abs(poses - before).max() < TOL:
+            break
     return poses
 
 
@@ -265,13 +275,24 @@ def lone_places(search: Search, best: Candidate) -> tuple[Lone, ...]:
     one_each[closures[places(search.graph.edges[closures])]] = True
     kept = (best.kept & search.graph.is_odometry) | one_each
     poses = _minimum(free, kept, best.poses)
+    fit = Fitted.of(free.graph, poses, kept)
+    one_each &= _hardly_checked(fit, kept)
     gained = gains(free.graph, poses, kept, one_each, any_entropy(free.graph.group, poses))
     alone = np.flatnonzero(one_each)[gained < _ALONE]
     if not alone.size:
         return ()
-    fit = Fitted.of(free.graph, poses, kept)
     shares = fit.following(np.cumsum(kept)[alone] - 1)
     found = (
         Lone(int(k), np.flatnonzero(share > 0.5)) for k, share in zip(alone, shares, strict=True)
     )
     return tuple(one for one in found if one.poses.size >= _RESTING)
+
+
+def _hardly_checked(fit: Fitted, kept: Mask) -> Mask:
+    """Return which ``kept`` edges ``(m,)`` the others check least, roughly, from random signs."""
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (_DRAWS, *fit.residuals.shape))
+    taken, found = fit.taken_up(signs), kept.copy()
+    if taken is not None:
+        share = np.where(fit.graph.is_odometry, 0.0, np.mean(signs * taken, axis=(0, 2)))
+        found[kept] = share > max(_CHECKED, np.sort(share)[-_MOST:][0])
+    return found
