@@ -163,13 +163,13 @@ class Search:
         return found
 
     def reviewing(self, poses: Array, tested: Array) -> Steps[Candidate]:
-        """Return the better one of the map ``poses`` and, if that is not clear, of DCS, in steps.
+        """Return the better one of the map ``poses`` and that of DCS, in steps.
 
         The map begins with ``tested`` ``(4,)`` times the claimed noise, DCS with the claims, and
         with more while hardly any of several closures is kept: what one or two show is no noise.
         """
         best = yield from self.settling("the map so far", poses, tested)
-        for guess in () if self._clear(best) else (1.0, *_WIDER):
+        for guess in (1.0, *_WIDER):
             several, hardly_any = _FEW[0], _FEW[1] * self._count
             if guess > 1.0 and (self._count < several or self._closures(best) > hardly_any):
                 break
