@@ -41,6 +41,8 @@ APART, _ALONG = 4, 20
 """Closures are of one place if both ends are so few poses apart, or one end, and the other so."""
 _LEAST = 3
 """Fewer rejected closures are no rival."""
+_SEED = 2
+"""So many of a group are trusted; more may have a wrong one among them."""
 _TRIED = 5
 """So many groups are tried, the largest first."""
 _CLEAR = 2.0
@@ -149,14 +151,15 @@ def contests(search: Search, best: Candidate) -> Iterator[Contest]:
         if search.deadline.passed or sizes.max(initial=0) < _LEAST:
             return
         middle = int(np.argmax(sizes))
-        seed = np.argsort(far[middle], kind="stable")[:_LEAST]
+        seed = np.argsort(far[middle], kind="stable")[:_SEED]
         tried = np.isin(np.arange(left.size), seed)
         with suppress(ValueError):
             poses = _forced(free, best, left[seed], left[agree[middle]])
             rival = free.settle("rival", poses, np.ones(4))
-            tried |= rival.kept[left]
             if np.any(rival.kept[left]):
-                yield _compared(free, best, rival)
+                contest = _compared(free, best, rival)
+                tried |= rival.kept[left] & (contest.for_rival > 0.0)
+                yield contest
         left, far = left[~tried], far[np.ix_(~tried, ~tried)]
 
 
