@@ -16,10 +16,14 @@ kept, the ATE is against the optimum of the graph without outliers.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+
+# It is read when numpy is first imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import gtsam
 import numpy as np

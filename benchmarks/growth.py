@@ -23,7 +23,7 @@ from statistics import median
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
-from robust_slam.descent import start
+from robust_slam.descent import gauss_newton, start
 from robust_slam.graphs import manhattan
 from robust_slam.problems import PoseGraphProblem
 from tqdm import tqdm
@@ -44,7 +44,7 @@ class Size:
         setup: CPU seconds of the first step, the pattern found for it, less ``step``.
         step: CPU seconds of a Gauss–Newton step.
         memory: the largest memory of the process, in MB.
-        base: of it what Python and its modules take, in MB.
+        base: of it what Python, its modules and the solver take for a tiny map, in MB.
     """
 
     poses: int
@@ -58,6 +58,8 @@ class Size:
 
 def measure(poses: int) -> Size:
     """Return what a map of so many poses costs; the memory is that of this process."""
+    tiny, guess = manhattan(20, np.random.default_rng(SEED), closures=20)
+    gauss_newton(tiny, guess)
     base = _largest_memory()
     graph, _ = manhattan(poses, np.random.default_rng(SEED), closures=poses)
     ones = np.ones(len(graph.edges))

@@ -1,7 +1,5 @@
 """Worlds of tiers G to J: a wrong map is not called unique, and a good one seldom doubted."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.graphs import ate
@@ -17,7 +15,7 @@ def world(tier: str, change: str, seed: int = 0) -> Made:
 
 
 @pytest.mark.parametrize("tier", ["G", "H", "J"])
-def test_contests_are_about_a_part_of_a_graph_that_is_joined(tier: str) -> None:
+def test_contests_are_about_a_part_of_a_graph_that_is_joined(tier):
     for change in CONTESTS[tier]:
         made, again = world(tier, change), world(tier, change)
         np.testing.assert_array_equal(made.graph.measurement, again.graph.measurement)
@@ -35,7 +33,7 @@ def test_contests_are_about_a_part_of_a_graph_that_is_joined(tier: str) -> None:
         *(("J", "agreeing 2"), ("J", "agreeing 3"), ("H", "origin 2")),
     ],
 )
-def test_a_map_that_wrong_closures_won_is_not_called_unique(tier: str, change: str) -> None:
+def test_a_map_that_wrong_closures_won_is_not_called_unique(tier, change):
     for seed in (0, 1):
         made = world(tier, change, seed)
         answer = solve(made.graph)
@@ -45,7 +43,7 @@ def test_a_map_that_wrong_closures_won_is_not_called_unique(tier: str, change: s
 
 
 @pytest.mark.parametrize("change", [*CONTROLS, "random 3", "none 1"])
-def test_where_nothing_wrong_agrees_the_map_is_unique(change: str) -> None:
+def test_where_nothing_wrong_agrees_the_map_is_unique(change):
     tier = {"random 3": "J", "none 1": "H"}.get(change, "G")
     for seed in (0, 11):
         made = world(tier, change, seed)
@@ -56,7 +54,7 @@ def test_where_nothing_wrong_agrees_the_map_is_unique(change: str) -> None:
 
 @pytest.mark.parametrize("every", [1, 2, 4, 5])
 @pytest.mark.parametrize("kind", ["turn", "shift"])
-def test_a_slip_is_found_however_many_closures_there_are(kind: str, every: int) -> None:
+def test_a_slip_is_found_however_many_closures_there_are(kind, every):
     for seed in (0, 1):
         made = world("H", f"{kind} {every}", seed)
         answer = solve(made.graph)
@@ -66,7 +64,7 @@ def test_a_slip_is_found_however_many_closures_there_are(kind: str, every: int) 
 
 
 @pytest.mark.parametrize("kind", ["restart 2", "restart 4"])
-def test_a_tracker_that_restarts_slipped_once(kind: str) -> None:
+def test_a_tracker_that_restarts_slipped_once(kind):
     made = world("H", kind, 1)
     answer = solve(made.graph)
     slip = np.flatnonzero(np.any(made.graph.information != made.honest.information, axis=(1, 2)))

@@ -123,10 +123,7 @@ FILES = {
     "same ids": [
         (another(5, None), "if two robots have the same ids"),
         (another(5, [0.05, 0.05, 0.02]), ""),
-    ],
-    "copies": [
-        (another(5, 0.0), "once more with the same numbers, or those of its inverse (so do 58"),
-        (with_closures(TOWN, TOWN.edges[:2], TOWN.measurement[:2], TOWN.information[0]), ""),
+        (another(5, 0.0), ""),
     ],
     "strange steps": [
         (edge(TOWN, 20, **STEP), "edge 20-21 counts as odometry"),

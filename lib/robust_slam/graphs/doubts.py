@@ -44,16 +44,14 @@ class Content:
     """What a file was read as: the ``graph``, the ``names`` of its poses, and what was written.
 
     ``lines`` ``(m,)`` are those of the edges, and ``turns`` ``(m, a)`` the sizes of their angles
-    (rad), if they were written as such; ``copied`` tells of many that are given twice. A
-    trajectory has ``poses`` ``(n, …)`` instead, whose quaternions were read with w first, if
-    ``w_first``.
+    (rad), if they were written as such. A trajectory has ``poses`` ``(n, …)`` instead, whose
+    quaternions were read with w first, if ``w_first``.
     """
 
     graph: PoseGraph
     names: Names
     lines: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     turns: Array = field(default_factory=lambda: np.empty((0, 0)))
-    copied: tuple[str, ...] = ()
     poses: Array | None = None
     w_first: bool = False
 
@@ -278,7 +276,6 @@ DOUBTS: dict[str, Callable[[Content], str]] = {
     "w first": _w_first,
     "few digits": _few_digits,
     "same ids": _same_ids,
-    "copies": lambda content: "".join(content.copied),
     "strange steps": _strange_steps,
     "steps back": _steps_back,
 }

@@ -42,8 +42,6 @@ Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 
 _NAMED = 5
 """The largest number of vertex ids in a message."""
-_COPIED = 0.1
-"""With a larger share of copies a file was not meant so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +110,7 @@ class Format:
 class Edges:
     """Relative poses as a file gives them: their ids in ``rows``, and arrays as of a graph.
 
-    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``, and ``copied`` tells of
-    edges that are given twice, which may be ``many``.
+    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``.
     """
 
     rows: Rows
@@ -122,8 +119,6 @@ class Edges:
     repaired: Indices
     skipped: dict[str, int]
     notes: tuple[str, ...]
-    copied: tuple[str, ...]
-    many: bool
 
 
 def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
@@ -159,9 +154,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     ids = ascending[order]
     ids.flags.writeable = False
     names = form.names(ids)
-    turns = np.abs(edges.numbers[:, list(layout.angles)])
-    doubtful, noted = (found.copied, ()) if found.many else ((), found.copied)
-    content = Content(graph, names, edges.line, turns, doubtful)
+    content = Content(graph, names, edges.line, np.abs(edges.numbers[:, list(layout.angles)]))
     return GraphFile(
         graph,
         _guess(vertices, layout, order),
@@ -169,7 +162,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
         names,
         found.repaired,
         skipped,
-        (*found.notes, *noted),
+        found.notes,
         doubts=doubts(content),
     )
 
@@ -194,21 +187,13 @@ def _edges(
     given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
     information, repaired = information_of(rows, given, layout.covariance, indefinite)
     measurement = layout.poses(rows)
-    notes = (*notes, *uneven(rows, information, form.names))
-    again = _repeated(rows, measurement, layout.pose)
-    copied: tuple[str, ...] = ()
-    if again.size:
-        i, j = form.names(rows.ids[again[0]])
-        copied = (
-            f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers, or "
-            f"those of its inverse{so_do(again.size - 1)}; drop copies",
-        )
-    many = again.size > max(FEW, _COPIED * len(rows))
-    return Edges(rows, measurement, information, repaired, skipped, notes, copied, many)
+    copies = _repeated(rows, measurement, layout.pose, form)
+    notes = (*notes, *copies, *uneven(rows, information, form.names))
+    return Edges(rows, measurement, information, repaired, skipped, notes)
 
 
-def _repeated(rows: Rows, measurement: Array, pose: int) -> Indices:
-    """Return the rows, ascending, that say what an earlier one says.
+def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[str, ...]:
+    """Return a sentence about lines that say what an earlier line says, if there are any.
 
     A copy may lead from j to i, with the inverse pose, and may have been printed with fewer
     digits.
@@ -224,7 +209,14 @@ def _repeated(rows: Rows, measurement: Array, pose: int) -> Indices:
     size = 2.0 + np.abs(place[one]).max(axis=1, initial=0.0)
     unit = _printed(rows.numbers[:, :pose])
     near = off <= size * np.maximum(unit[one], unit[other])
-    return np.unique(np.maximum(one, other)[near])
+    again = np.unique(np.maximum(one, other)[near])
+    if not again.size:
+        return ()
+    i, j = form.names(rows.ids[again[0]])
+    return (
+        f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers, or "
+        f"those of its inverse{so_do(again.size - 1)}; drop copies",
+    )
 
 
 def _printed(numbers: Array) -> Array:

@@ -232,7 +232,7 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     if closures is not None:
         graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
         repaired, skipped = closures.repaired + len(first), closures.skipped
-        notes = (*notes, *closures.notes, *closures.copied, *_steps_again(closures))
+        notes = (*notes, *closures.notes, *_steps_again(closures))
     ids = np.arange(graph.n, dtype=np.int64)
     content = Content(graph, ids, poses=poses, w_first=drive.w_first)
     return GraphFile(

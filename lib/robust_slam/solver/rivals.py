@@ -50,7 +50,7 @@ _COMPARABLE = 0.1
 """A rival is comparable if what it keeps beyond both has this share of the map's evidence."""
 _WON = 3
 """So many rivals in turn may take the place of the map."""
-_ALONE = 5.5
+_ALONE = 4.0
 """A place is not confirmed if the map without it predicts it less (nats) better than chance …"""
 _RESTING = 25
 """… and named if so many poses rest on it."""
@@ -140,7 +140,9 @@ def contests(search: Search, best: Candidate) -> Iterator[Contest]:
         return
     free = replace(search, graph=graph, trusted=odometry, learns=False)
     left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
-    far = apart(search, best, left)
+    tree = replace(graph, is_odometry=search.trusted)
+    drifted = pairwise_distances(tree, np.isin(np.arange(odometry.size), left))
+    far = np.minimum(apart(search, best, left), drifted)
     for _ in range(_TRIED):
         agree = far <= search.threshold
         sizes = agree.sum(axis=1)
@@ -216,11 +218,12 @@ def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
         base[edge] = part[i] != part[j]
     rich = base.copy()
     rich[own] = True
-    less, more = (
-        evidence(free.graph, _minimum(free, kept, one.poses), kept, free.entropy)
-        for kept in (base, rich)
+    less, more, there = (
+        evidence(free.graph, _minimum(free, kept, start.poses), kept, free.entropy)
+        for kept, start in ((base, one), (rich, one), (base, other))
     )
-    return more - less
+    # A rival that tears the odometry may be stuck where its base is no minimum.
+    return more - max(less, there)
 
 
 def _rejected(free: Search, poses: Array) -> Mask:

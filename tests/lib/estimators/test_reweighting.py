@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robust_slam.estimators import StopReason, irls
-from robust_slam.estimators.kernels import KERNELS, cauchy, huber, tls
-from robust_slam.problems import LocationProblem, chain
+from robust_slam.estimators.kernels import KERNELS, cauchy, huber
+from robust_slam.problems import LocationProblem
 
-from tests.lib.worlds import cost_never_rises, refused
+from tests.lib.worlds import cost_never_rises
 
 LESSON = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
 
@@ -62,28 +62,3 @@ def test_a_tiny_weight_is_not_a_rejection():
     result = irls(LocationProblem([1e9]), cauchy(1), 0.0)
     assert (result.stop, result.x) == (StopReason.CONVERGED, 1e9)
     assert result.history[1].weights == pytest.approx(1e-18, rel=1e-12)
-
-
-def test_rejecting_all_untrusted_is_no_end_while_the_trusted_determine_x():
-    problem = LocationProblem([0.0, 0.0, 5.0, 10.0], trusted=[True, True, False, False])
-    result = irls(problem, tls(1.0))
-    assert (result.stop, result.x) == (StopReason.CONVERGED, 0.0)
-    assert result.weights.tolist() == [1.0, 1.0, 0.0, 0.0]
-
-
-def test_a_part_that_is_cut_off_ends_the_loop_with_what_it_has():
-    far = [0.0, 1.0, 9.0]
-    result = irls(chain(3, [0, 1], [1, 2], [1.0, 1.0]), tls(1.0), np.array(far))
-    assert result.stop is StopReason.UNDERDETERMINED
-    assert (result.x.tolist(), result.weights.tolist()) == (far, [1.0, 0.0])
-
-
-@refused(
-    ({"x0": float("nan")}, "x0"),
-    ({"tol": -1.0}, "tol"),
-    ({"tol": float("nan")}, "tol"),
-    ({"max_iterations": 0}, "max_iterations"),
-)
-def test_bad_input_is_refused_by_name(wrong, message):
-    with pytest.raises(ValueError, match=message):
-        irls(lesson(), cauchy(1), **wrong)
