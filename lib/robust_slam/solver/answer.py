@@ -39,8 +39,10 @@ class Answer:
     ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are a minimum of the chordal cost of the ``kept``
     edges, with the noise that was found, and ``certificate`` tells whether it is global. Whether
     the measurements single out the kept closures is their ``support``; ``rival`` ``(m,)`` marks
-    the edges of a map of comparable evidence where it is AMBIGUOUS, and is None otherwise.
-    ``misfit`` is what neither noise nor outliers explain; then the support is WEAK.
+    the edges of a map that explains what is contested nearly as well where it is AMBIGUOUS, and
+    is None otherwise. ``lone`` are the places that alone hold a part of the map, with its poses,
+    and ``misfit`` is what neither noise nor outliers explain; then the support is WEAK. Copies of
+    an edge are kept with it, and count once.
     ``candidates`` are all maps that were compared, and ``best`` the one of the largest evidence.
     ``bridges`` are closures that were trusted to join sessions. A closure was kept if its
     residual, whitened with ``best.tested``, is at most ``threshold``.

@@ -41,6 +41,8 @@ APART, _ALONG = 4, 20
 """Closures are of one place if both ends are so few poses apart, or one end, and the other so."""
 _LEAST = 3
 """Fewer rejected closures are no rival."""
+_SEED = 2
+"""So many of a group are trusted; more may have a wrong one among them."""
 _TRIED = 5
 """So many groups are tried, the largest first."""
 _CLEAR = 2.0
@@ -97,12 +99,9 @@ class Contest:
 
 
 def comparable(found: Sequence[Contest]) -> list[Candidate]:
-    """Return the rivals that explain what is contested nearly as well as the map."""
-    return [
-        one.rival
-        for one in found
-        if one.for_map > 0.0 and one.for_rival > _COMPARABLE * one.for_map
-    ]
+    """Return the rivals that explain what is contested nearly as well as the map, best first."""
+    near = [one for one in found if one.for_rival > _COMPARABLE * one.for_map > 0.0]
+    return [one.rival for one in sorted(near, key=lambda one: one.for_map / one.for_rival)]
 
 
 def unbeaten(
@@ -116,16 +115,17 @@ def unbeaten(
         better = [one for one in found if one.for_rival > one.for_map]
         if not better:
             break
-        poses = max(better, key=lambda one: one.for_rival - one.for_map).rival.poses
+        first = max(better, key=lambda one: one.for_rival - one.for_map)
         odometry = search.graph.is_odometry
         free = replace(search, trusted=odometry)
-        won = search.refined(free.settle("rival", poses, best.tested))
+        won = search.refined(free.settle("rival", first.rival.poses, best.tested))
         if won.evidence <= best.evidence:
             break
+        beaten = Contest(best, first.for_map, first.for_rival)
         trusted = odometry.copy()
         trusted[find_bridges(search.graph, won.kept).edges] = True
         search, best = replace(search, trusted=trusted), won
-        found = list(contests(search, best))
+        found = [beaten, *contests(search, best)]
     return search, best, found
 
 
@@ -149,14 +149,15 @@ def contests(search: Search, best: Candidate) -> Iterator[Contest]:
         if search.deadline.passed or sizes.max(initial=0) < _LEAST:
             return
         middle = int(np.argmax(sizes))
-        seed = np.argsort(far[middle], kind="stable")[:_LEAST]
+        seed = np.argsort(far[middle], kind="stable")[:_SEED]
         tried = np.isin(np.arange(left.size), seed)
         with suppress(ValueError):
             poses = _forced(free, best, left[seed], left[agree[middle]])
             rival = free.settle("rival", poses, np.ones(4))
-            tried |= rival.kept[left]
             if np.any(rival.kept[left]):
-                yield _compared(free, best, rival)
+                contest = _compared(free, best, rival)
+                tried |= rival.kept[left] & (contest.for_rival > 0.0)
+                yield contest
         left, far = left[~tried], far[np.ix_(~tried, ~tried)]
 
 
@@ -182,8 +183,8 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
 def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
     """Return the kept closures ``(m,)`` that join what the ``seed`` joins, across a cut of fewest.
 
-    A cut parts earlier from later poses; where no cut parts the ends of all the seed, the one with
-    most of it counts.
+    A cut parts earlier from later poses, sessions before others; where no cut parts the ends of
+    all the seed, the one with most of it counts.
     """
     low, high = np.sort(free.graph.edges, axis=1).T
     cuts = np.arange(1, free.graph.n)
@@ -193,7 +194,9 @@ def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
         before = np.searchsorted(np.sort(low[closures]), cuts)
         return before - np.searchsorted(np.sort(high[closures]), cuts)
 
-    ranked = crossing(seed) * (len(kept) + 1) - crossing(np.flatnonzero(kept))
+    joined = crossing(np.flatnonzero(free.graph.is_odometry)) > 0
+    against = np.where(joined, kept.size, 0) + crossing(np.flatnonzero(kept))
+    ranked = crossing(seed) * (2 * kept.size + 1) - against
     cut = cuts[np.argmax(ranked)]
     return np.asarray(kept & (low < cut) & (high >= cut))
 

@@ -42,7 +42,7 @@ _MOST = 8
 _NEIGHBOURS = 5
 _UNLIKE, _USUAL = 3.0, 0.9
 """A step is unlike others if it is so many times as far from them as this share of the steps."""
-_STRAYED = 3.0
+_STRAYED = 2.0
 """A step leads astray if it is so many times as long as this share of the steps."""
 _PRICES = {True: 4.0, False: 12.0}
 """What a slip must add to the evidence (nats), where the step is unlike others and where not."""
@@ -130,7 +130,7 @@ def strayed(search: Search) -> int | None:
     before, after = graph.edges[long[:-1], 0], graph.edges[long[1:], 1]
     place = graph.group.translation(search.x0)
     net = np.linalg.norm(place[after] - place[before], axis=1)
-    found = (after - before <= APART + 1) & (2.0 * net < np.minimum(length[:-1], length[1:]))
+    found = (after - before <= APART + 1) & (2.0 * net < length[:-1] + length[1:])
     return int(long[np.argmax(found)]) if np.any(found) else None
 
 

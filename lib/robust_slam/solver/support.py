@@ -1,10 +1,11 @@
 """How far the measurements support a map, beyond that it is optimal for the closures it keeps.
 
-A certificate is about the kept closures alone. Whether these are the inliers is another question,
-and three answers are possible: the measurements single out the map, they allow a rival as well,
-or they hardly tell it from odometry.
+A certificate is about the kept closures alone. Whether these are the inliers is another question.
+The support is *unique* if no other set of closures that agree with each other explains what is
+contested nearly as well, and no part of the map rests on a single place that nothing else
+confirms. So it is false where such a set or such a part exists: ``rivals`` looks for both.
 
-Source: MacKay 2003, chapter 28, for the comparison by evidence; the rival is derived here.
+Source: MacKay 2003, chapter 28, for the comparison by evidence; the definition is derived here.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from robust_slam.solver.slips import strayed
 class Support(Enum):
     """What singles out a map.
 
-    - UNIQUE: no other set of closures gives a map of comparable evidence.
-    - AMBIGUOUS: the rejected closures, solved alone, give a map of comparable evidence.
-    - WEAK: odometry alone explains the measurements about as well, or it slipped, or noise does
-      not explain what the map leaves, or no closure is kept, or one that nothing confirms joins
-      sessions, or the time did not suffice to look for a rival.
+    - UNIQUE: no rival is comparable, and no part of the map rests on one place.
+    - AMBIGUOUS: rejected closures that agree explain what is contested nearly as well.
+    - WEAK: a part rests on one place, or odometry alone explains the measurements about as well,
+      or it slipped, or noise does not explain what the map leaves, or no closure is kept, or the
+      time did not suffice to look for a rival.
     """
 
     UNIQUE = "unique"
