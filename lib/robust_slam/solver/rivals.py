@@ -99,12 +99,9 @@ class Contest:
 
 
 def comparable(found: Sequence[Contest]) -> list[Candidate]:
-    """Return the rivals that explain what is contested nearly as well as the map."""
-    return [
-        one.rival
-        for one in found
-        if one.for_map > 0.0 and one.for_rival > _COMPARABLE * one.for_map
-    ]
+    """Return the rivals that explain what is contested nearly as well as the map, best first."""
+    near = [one for one in found if one.for_rival > _COMPARABLE * one.for_map > 0.0]
+    return [one.rival for one in sorted(near, key=lambda one: one.for_map / one.for_rival)]
 
 
 def unbeaten(
@@ -118,16 +115,17 @@ def unbeaten(
         better = [one for one in found if one.for_rival > one.for_map]
         if not better:
             break
-        poses = max(better, key=lambda one: one.for_rival - one.for_map).rival.poses
+        first = max(better, key=lambda one: one.for_rival - one.for_map)
         odometry = search.graph.is_odometry
         free = replace(search, trusted=odometry)
-        won = search.refined(free.settle("rival", poses, best.tested))
+        won = search.refined(free.settle("rival", first.rival.poses, best.tested))
         if won.evidence <= best.evidence:
             break
+        beaten = Contest(best, first.for_map, first.for_rival)
         trusted = odometry.copy()
         trusted[find_bridges(search.graph, won.kept).edges] = True
         search, best = replace(search, trusted=trusted), won
-        found = list(contests(search, best))
+        found = [beaten, *contests(search, best)]
     return search, best, found
 
 
@@ -185,8 +183,8 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
 def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
     """Return the kept closures ``(m,)`` that join what the ``seed`` joins, across a cut of fewest.
 
-    A cut parts earlier from later poses; where no cut parts the ends of all the seed, the one with
-    most of it counts.
+    A cut parts earlier from later poses, sessions before others; where no cut parts the ends of
+    all the seed, the one with most of it counts.
     """
     low, high = np.sort(free.graph.edges, axis=1).T
     cuts = np.arange(1, free.graph.n)
@@ -196,7 +194,9 @@ def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
         before = np.searchsorted(np.sort(low[closures]), cuts)
         return before - np.searchsorted(np.sort(high[closures]), cuts)
 
-    ranked = crossing(seed) * (len(kept) + 1) - crossing(np.flatnonzero(kept))
+    joined = crossing(np.flatnonzero(free.graph.is_odometry)) > 0
+    against = np.where(joined, kept.size, 0) + crossing(np.flatnonzero(kept))
+    ranked = crossing(seed) * (2 * kept.size + 1) - against
     cut = cuts[np.argmax(ranked)]
     return np.asarray(kept & (low < cut) & (high >= cut))
 
