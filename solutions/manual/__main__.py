@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from markdown_it import MarkdownIt
-from robust_slam_autograder.reading.labelled import is_of_answers, read
+from robust_slam_autograder.reading.labelled import files, read
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -96,8 +96,7 @@ def goals(chapter: str) -> str:
 def misconceptions(chapter: str) -> str:
     """Return the misconceptions that only a chapter's hidden checks find, by exercise."""
     (folder,) = (ROOT / "tests/assignments").glob(f"{chapter}-*")
-    paths = (path for path in sorted(folder.glob("*.toml")) if is_of_answers(path))
-    found = [answer for path in paths for answer in read(path)]
+    found = [answer for path in files(folder) for answer in read(path)]
     hidden = [answer for answer in found if not answer.is_right and not answer.is_visible]
     return "\n\n".join(
         f"`{exercise}`\n\n" + "\n".join(f"- {answer.story}" for answer in answers)

@@ -60,7 +60,7 @@ def test_a_wrong_number_and_changed_data_name_their_sentences():
             "[1.0, 1.5, 2.0, 0.0]",
         ),
         ("07-certificates", "proof-run", "plane([0.3, 0.3, 0.3])", "plane([0.3, 0.4, 0.3])"),
-        ("08-showcase", "metrics-ate", "[1.0, 0.0, 0.0]\n", "[1.0, 0.5, 0.0]\n"),
+        ("08-showcase", "metrics-ate", "on_a_line(0, 2, 7)", "on_a_line(0, 2, 6)"),
     ],
 )
 def test_where_a_reader_changes_the_data_a_sentence_says_so(name, cell, data, other):

@@ -1,10 +1,11 @@
 """A map that grows with the drive, and decides about each closure when it arrives.
 
 Odometry appends poses at no cost. A closure is kept if the map agrees with it, and whenever the
-map moves, all closures are decided about again. These decisions begin at the present map, so three
-things look further, each at a bounded share of the cost: the whole search of ``solve`` when there
-are three times as many closures, a descent from the present map, which finds the noise, when there
-are a quarter more, and a descent from odometry where rejected closures agree with each other.
+map moves, all closures are decided about again. These decisions begin at the present map, so two
+others look further. Rejected closures that agree with each other are forced in together, and when
+there are half as many closures again, a review finds the noise, and descends from odometry as
+``solve`` does at first. That is work for many poses. A robot must not wait for it, so each call
+does a piece of it.
 
 Source: Kaess et al. 2012, "iSAM2", and McGann et al. 2023, "riSAM", for the task; the decisions
 are derived here.
@@ -12,7 +13,9 @@ are derived here.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from math import inf
 from typing import TypeVar
 
@@ -25,23 +28,22 @@ from robust_slam._words import counted
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, residual_norms, rows_of
-from robust_slam.incremental.decisions import SIZE, State, agreeing, compatible, settled
+from robust_slam.incremental.decisions import SIZE, State, agreeing, beside, compatible, settled
 from robust_slam.incremental.edges import Growing, GrowingEdges, placed
 from robust_slam.incremental.window import Window
 from robust_slam.progress import stages
 from robust_slam.solver import Answer, solve
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
-from robust_slam.solver.evidence import evidence, outlier_entropy
-from robust_slam.solver.noise import rescaled
+from robust_slam.solver.evidence import outlier_entropy
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-_SEARCH = 3.0
-"""The whole search runs when there are so many times the closures that the last one had …"""
-_REVIEW = 1.25
-"""… and a descent from the present map, which finds the noise, when there are so many times."""
+_REVIEW = 1.5
+"""A review begins when there are so many times the closures that the last one began with."""
 _GROUP = 3
-"""So many rejected closures that agree, and came since the last search, ask for another."""
+"""So many rejected closures that agree, and came since the last try, are tried together."""
+_PIECE = 5_000
+"""The linear solves of a call, one at least, are over no more edges than this in all."""
 _REACH = 1.5
 """Rejected closures are asked again while their residual is at most so many thresholds."""
 
@@ -52,7 +54,8 @@ class GrowingMap:
     It begins with the map of ``graph``, whose odometry joins all poses; one edge is enough.
     ``probability`` and ``find_noise`` are those of ``solve``. Odometry is trusted. Where further
     closures contradict one that was kept, it is withdrawn, and one that was rejected returns
-    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far.
+    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far, and the map
+    takes it over, with steps of the odometry that slipped.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
@@ -84,7 +87,8 @@ class GrowingMap:
         self._kept = Growing(graph.is_odometry)
         self._norms: Array = np.zeros(0)
         self._window: Window | None = None
-        self._asked = self._searched = self._reviewed = 0
+        self._asked = self._reviewed = 0
+        self._work: Iterator[None] | None = None
         self._search()
 
     @property
@@ -100,7 +104,7 @@ class GrowingMap:
     @property
     def kept(self) -> Mask:
         """A mask ``(m,)`` of the kept edges of ``graph``, odometry included, read-only."""
-        return _still(self._kept.rows)
+        return _still(self._kept.rows & ~self._edges.slipped)
 
     @property
     def numbers(self) -> Indices:
@@ -134,8 +138,13 @@ class GrowingMap:
         numbers = self._edges.append(n, rows)
         self._poses.append(poses)
         self._kept.append(rows["is_odometry"])
+        before = self._window
         if numbers.size > len(poses):
             self._decide(numbers.size, bool(np.sum(rows["is_odometry"]) > len(poses)))
+        # In a large map a call that factorises has done enough, unless it brings many edges.
+        least = self._window is before or numbers.size > SIZE
+        for _ in islice(self._work or (), max(int(least), _PIECE // len(self._edges.number))):
+            pass
         return numbers
 
     def remove(self, edge: int) -> None:
@@ -151,14 +160,19 @@ class GrowingMap:
         kept = self._kept.rows[row]
         self._edges.remove(row)
         self._kept = Growing(np.delete(self._kept.rows, row))
-        self._norms, self._window = np.delete(self._norms, row), None
+        self._norms, self._window, self._work = np.delete(self._norms, row), None, None
         if kept:
             self._search()
 
     def answer(self) -> Answer:
-        """Return the answer of ``solve`` for ``graph``: its map, certificate and support."""
+        """Return the answer of ``solve`` for ``graph``: its map, certificate and support.
+
+        It may know better than the map that grew, which then takes over what is kept.
+        """
         probability, find_noise = self._options
-        return solve(self.graph, probability, find_noise=find_noise)
+        answer = solve(self.graph, probability, find_noise=find_noise)
+        self._adopt(answer.best)
+        return answer
 
     @property
     def _closures(self) -> int:
@@ -166,17 +180,12 @@ class GrowingMap:
 
     def _decide(self, count: int, moved: bool) -> None:
         """Decide about the last ``count`` edges; ``moved`` where odometry alone moves the map."""
-        graph, closures = self.graph, self._closures
-        if closures >= max(1, _SEARCH * self._searched):
-            self._search()
-            return
-        if closures >= max(1, _REVIEW * self._reviewed):
-            self._review(self.poses)
         precise = self._edges.precise
-        new = ~graph.is_odometry
+        new = ~precise.is_odometry
         new[:-count] = False
         state, window, c = self._state(), self._window, self._threshold
         if window is None or window.size(precise, state.kept | new) > SIZE:
+            moved |= window is None
             window = Window(precise, state.poses, state.kept)
         asked = ~state.kept & (new | (state.norms <= _REACH * c))
         agrees = asked & (state.norms <= c)
@@ -187,10 +196,11 @@ class GrowingMap:
             window, state = settled(window, precise, state, c)
         self._take(state, window)
         far = ~state.kept & (state.norms > _REACH * c)
-        if np.any(new & far):
-            agreed = agreeing(precise, far, new & far, c)
-            if np.sum(agreed & (self._edges.number >= self._asked)) >= _GROUP:
-                self._review(dead_reckoning(graph))
+        agreed = agreeing(precise, far, new & far, c) if np.any(new & far) else far
+        if self._work is None and self._closures >= max(_GROUP, _REVIEW * self._reviewed):
+            self._work = self._review()
+        elif self._work is None and np.sum(agreed & (self._edges.number >= self._asked)) >= _GROUP:
+            self._work = self._forced(agreed)
 
     def _state(self) -> State:
         """Return the present map, with the residual norms of edges that came since."""
@@ -202,39 +212,65 @@ class GrowingMap:
 
     def _search(self) -> None:
         """Take the map of the whole search."""
-        self._searched = self._reviewed = self._closures
-        self._adopt(max(self._started(dead_reckoning(self.graph)).candidates(), key=evidence_of))
+        self._adopt(max(self._started().candidates(), key=evidence_of))
 
-    def _review(self, x0: Array) -> None:
-        """Take the map and the noise of a descent from ``x0`` ``(n, …)``, if they explain more."""
-        self._reviewed = self._closures
-        best = self._started(x0).first()
-        precise = rescaled(self.graph, best.found)
-        entropy = outlier_entropy(self.graph)
-        if best.evidence >= evidence(precise, self.poses, self.kept, entropy):
-            self._adopt(best)
+    def _forced(self, agreed: Mask) -> Iterator[None]:
+        """Take, with the next call, the map that ``agreed`` edges lead to, if it explains more.
+
+        At first they replace the closures beside them, which return where they fit.
+        """
+        self._asked = int(self._edges.number[-1]) + 1
+        yield
+        state, precise, c = self._state(), self._edges.precise, self._threshold
+        agreed = np.pad(agreed, (0, state.kept.size - agreed.size))
+        kept = agreed | (state.kept & (precise.is_odometry | ~beside(precise, agreed)))
+        _, other = settled(None, precise, replace(state, kept=kept), c)
+        if other.cost(c) < state.cost(c):
+            self._take(other, None)
+            yield
+            window, state = settled(None, self._edges.precise, self._state(), c)
+            self._take(state, window)
+        self._work = None
+
+    def _review(self) -> Iterator[None]:
+        """Take the better one of this map and that of a descent from odometry, in steps."""
+        self._adopt((yield from self._started().reviewing(self.poses, self._edges.factors)))
+        self._work = None
 
     def _adopt(self, best: Candidate) -> None:
-        """Take a map, and the deviations that its closures were tested with."""
-        self._edges.rescale(best.tested)
-        norms = residual_norms(self._edges.precise, best.poses)
-        self._take(State(best.poses, best.kept, norms), None)
+        """Take a map of the first poses and edges, and the deviations that these were tested with.
 
-    def _started(self, x0: Array) -> Search:
-        """Return the search of ``solve`` from ``x0`` ``(n, …)``."""
+        Later poses keep their place beside the last of these, and edges their decisions, until the
+        map has settled.
+        """
+        group, n, m = self._edges.group, len(best.poses), best.kept.size
+        slips = np.flatnonzero(~best.kept & self.graph.is_odometry[:m])
+        self._edges.rescale(best.tested, slips)
+        poses, kept = self._poses.rows.copy(), self._kept.rows.copy()
+        moved = group.compose(best.poses[n - 1], group.inverse(poses[n - 1]))
+        poses[:n], poses[n:] = best.poses, group.compose(moved, poses[n:])
+        kept[:m] = best.kept | self._edges.slipped[:m]
+        precise = self._edges.precise
+        state = State(poses, kept, residual_norms(precise, poses))
+        if m < kept.size:
+            _, state = settled(None, precise, state, self._threshold)
+        self._take(state, None)
+
+    def _started(self) -> Search:
+        """Return the search of ``solve``, from odometry."""
         graph = self.graph
-        self._asked = int(self._edges.number[-1]) + 1
+        self._reviewed = self._closures
         with stages(False) as tell:
             return Search(
                 graph=graph,
-                x0=x0,
+                x0=dead_reckoning(graph),
                 trusted=graph.is_odometry,
                 threshold=self._threshold,
                 learns=self._options[1],
                 tell=tell,
                 deadline=Deadline.after(inf),
                 entropy=outlier_entropy(graph),
-                slips=np.zeros(len(graph.edges), dtype=np.bool_),
+                slips=self._edges.slipped.copy(),
             )
 
     def _take(self, state: State, window: Window | None) -> None:

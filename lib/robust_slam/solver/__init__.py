@@ -43,8 +43,6 @@ from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Support as Support
 from robust_slam.solver.support import judge_support, misfit_of
 
-_DOUBTFUL = 0.01
-"""A map that chance explains with less than this probability is not taken without a look."""
 _REACH = 1e6
 """Edges so many times as long as all poses in a row are beyond what double precision solves."""
 _SEARCH = 0.7
@@ -135,7 +133,7 @@ def solve(
         tell("rivals are looked for")
         found = list(contests(search, best))
         if not np.any(search.slips) and not comparable(found):
-            for other in search.wider(best) if misfit_of(search, best, _DOUBTFUL) else ():
+            for other in search.wider(best) if misfit_of(search, best) else ():
                 candidates.append(best := other)
                 found = list(contests(search, best))
         search, best, found = unbeaten(search, best, found)

@@ -10,10 +10,11 @@ al. 2018 (PCM) for the descents; that they are candidates is derived here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -35,9 +36,13 @@ from robust_slam.solver.evidence import evidence
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.noise import SMALLEST, Found, find_noise, noise_of, rescaled
 
+T = TypeVar("T")
+Steps = Generator[None, None, T]
+"""Work that may be interrupted after each step, and what comes of it."""
+
 TOL = 1e-3
 """A descent is at rest when no residual norm u changes by more than this, relative to 1 + u."""
-_STEPS = 200
+_STEPS = 60
 _SCALES = (1.0, 1 / 4, 1 / 16)
 """What the deviations may be beside those that are claimed: first guesses."""
 _MUCH_LESS = 0.5
@@ -50,7 +55,7 @@ _HIGH, _LOW, _MARGIN = 1.15, 0.7, 3.0
 """Deviations are raised above the first, and lowered to the margin if that is below the second."""
 _CUT, _WIDEN = 0.05, 1.3
 """Where more than this share of closures is near, those of closures are raised by the second."""
-_ROUNDS = 8
+_ROUNDS, _ROUND = 8, 10
 _SETTLED = 0.1
 """Noise is settled when no factor changes by more, relative to itself."""
 _LOST = np.pi
@@ -134,7 +139,9 @@ class Search:
         Raises:
             Underdetermined: the trusted edges do not determine the map to working precision.
         """
-        joined, found = self._joined, [self.first()]
+        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
+        joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
+        found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
         if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
@@ -150,20 +157,28 @@ class Search:
             found.extend(self._tried("DCS", best.tested))
         if _agree(found):
             return found
-        for name in ("GNC", "PCM, GM"):
-            found.extend(self._tried(name, best.tested))
-        if self._lost(max(found, key=evidence_of)) and not joined:
-            found.extend(self._tried("PCM, GNC", np.ones(4)))
+        found.extend(self._tried("GNC", best.tested))
+        if not (joined and np.all(best.tested == 1.0)):
+            found.extend(self._tried("PCM, GNC", best.tested))
         return found
 
-    def first(self) -> Candidate:
-        """Return the first candidate.
+    def reviewing(self, poses: Array, tested: Array) -> Steps[Candidate]:
+        """Return the better one of the map ``poses`` and that of DCS, in steps.
 
-        Raises:
-            Underdetermined: as ``candidates``.
+        The map begins with ``tested`` ``(4,)`` times the claimed noise, DCS with the claims, and
+        with more while hardly any of several closures is kept: what one or two show is no noise.
         """
-        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
-        return self._settled("PCM, GNC" if self._joined else "DCS", np.ones(4))
+        best = yield from self.settling("the map so far", poses, tested)
+        for guess in (1.0, *_WIDER):
+            several, hardly_any = _FEW[0], _FEW[1] * self._count
+            if guess > 1.0 and (self._count < several or self._closures(best) > hardly_any):
+                break
+            scale, kernel = np.full(4, guess), kernels.dcs(self.threshold)
+            problem = self.problem(rescaled(self.graph, scale))
+            x, _ = yield from descending(problem, kernel, self.x0, _STEPS, self.deadline)
+            other = yield from self.settling("DCS", x, scale)
+            best = max(best, other, key=evidence_of)
+        return best
 
     def wider(self, best: Candidate) -> Iterator[Candidate]:
         """Yield the map where odometry has more noise, if it is supported about as much.
@@ -196,11 +211,6 @@ class Search:
             if np.all(np.abs(again.factors - 1.0) <= _SETTLED):
                 break
         return replace(best, poses=poses, found=expected)
-
-    @property
-    def _joined(self) -> bool:
-        """Whether closures join sessions."""
-        return bool(np.any(self.trusted & ~self.graph.is_odometry))
 
     @property
     def _count(self) -> int:
@@ -245,25 +255,27 @@ class Search:
 
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
         """Return the best of the rounds of truncated least squares and noise."""
+        return finished(self.settling(name, poses, tested))
+
+    def settling(self, name: str, poses: Array, tested: Array) -> Steps[Candidate]:
+        """Do as ``settle``, and yield after each linear solve and each look at the noise."""
         best: Candidate | None = None
         kernel = kernels.tls(self.threshold)
         for _ in range(_ROUNDS):
             problem = self.problem(rescaled(self.graph, tested))
-            result = irls(
-                problem, kernel, poses, tol=TOL, max_iterations=60, max_seconds=self.deadline.left
-            )
-            poses = result.x
+            poses, stop = yield from descending(problem, kernel, poses, _ROUND, self.deadline)
             norms = problem.residual_norms(poses)
             kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
             fit = Fitted.of(problem.graph, poses, kept)
             found = noise_of(fit) if self.learns else _CLAIMED
+            yield
             own = np.maximum(tested * found.factors, SMALLEST) if found.enough else np.ones(4)
             near = int(np.sum(~kept & ~self.trusted & (norms < _NEAR * self.threshold)))
             precise = rescaled(self.graph, own)
             support = evidence(precise, poses, kept, self.entropy, fit)
             rare = chi_square_threshold(_RARE, self.graph.group.DOF)
             misfits = int(np.sum(kept & ~self.trusted & (residual_norms(precise, poses) > rare)))
-            one = Candidate(name, poses, kept, tested, own, support, near, misfits, result.stop)
+            one = Candidate(name, poses, kept, tested, own, support, near, misfits, stop)
             if best is not None and one.evidence <= best.evidence:
                 break
             best = one
@@ -273,6 +285,32 @@ class Search:
             tested = np.maximum(tested * change, SMALLEST)
         assert best is not None
         return best
+
+
+def descending(
+    problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, most: int, deadline: Deadline
+) -> Steps[tuple[Array, StopReason]]:
+    """Yield after each of at most ``most`` solves of ``irls`` from the poses ``x`` ``(n, …)``.
+
+    The poses of the last one are returned, and why it is the last.
+    """
+    stop = StopReason.ITERATION_LIMIT
+    while most > 0 and stop is StopReason.ITERATION_LIMIT:
+        result = irls(problem, kernel, x, tol=TOL, max_iterations=1, max_seconds=deadline.left)
+        x, stop, most = result.x, result.stop, most - 1
+        if deadline.passed and stop is StopReason.ITERATION_LIMIT:
+            stop = StopReason.TIME_LIMIT
+        yield
+    return x, stop
+
+
+def finished(steps: Steps[T]) -> T:
+    """Return what ``steps`` return in the end."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
 
 
 def loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
@@ -321,13 +359,6 @@ def _reweighted(
 
 def _graduated(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
     return gnc(problem, c, "tls", problem.guess, tol=TOL, max_seconds=seconds).x
-
-
-def _consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
-    used = pcm(problem.graph, c, max_seconds=seconds).kept | problem.trusted
-    part = select(problem.graph, used)
-    fewer = Sparing(part, problem.guess, problem.trusted[used], steps=1)
-    return _reweighted(kernels.geman_mcclure, fewer, c, seconds)
 
 
 def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
@@ -383,7 +414,6 @@ _DESCENTS: dict[str, Callable[[PoseGraphProblem, float, float], Array]] = {
     "DCS": partial(_reweighted, kernels.dcs),
     "GM": partial(_reweighted, kernels.geman_mcclure),
     "GNC": _graduated,
-    "PCM, GM": _consistent,
     "PCM, GNC": _graduated_consistent,
 }
 """From odometry, with the threshold and the seconds that are left."""

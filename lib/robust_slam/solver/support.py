@@ -78,8 +78,8 @@ def judge_support(search: Search, best: Candidate, contests: Sequence[Contest]) 
     return Judgement(Support.WEAK if weak else Support.UNIQUE, misfit=misfit, lone=lone)
 
 
-def misfit_of(search: Search, best: Candidate, level: float = _LEVEL) -> Misfit:
-    """Return what chance explains with less than the probability ``level`` in a refined map."""
+def misfit_of(search: Search, best: Candidate) -> Misfit:
+    """Return what chance explains with less than the probability ``_LEVEL`` in a refined map."""
     astray = strayed(search)
     if astray is not None:
         return replace(NOTHING, step=astray)
@@ -87,7 +87,7 @@ def misfit_of(search: Search, best: Candidate, level: float = _LEVEL) -> Misfit:
         # Noise that was not found explains nothing, and is no reason for doubt.
         return NOTHING
     precise = rescaled(search.graph, best.found)
-    return find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold, level)
+    return find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold, _LEVEL)
 
 
 def _borne_out(search: Search, best: Candidate) -> bool:

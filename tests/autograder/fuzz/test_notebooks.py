@@ -201,7 +201,7 @@ def test_any_cells_are_sorted(cells):
 
 
 def check_sorted(cells: Sequence[Cell]) -> None:
-    found = collect(cells, TESTS)
+    found = collect(notebook.Notebook(cells), TESTS)
     lines = iter([line for cell in cells for line in cell.source.split("\n")])
     for piece in found.pieces:  # in the notebook's order, and nothing else
         assert all(not line or line in lines for line in piece.source.split("\n"))
