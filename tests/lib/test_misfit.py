@@ -82,7 +82,7 @@ def test_a_map_that_noise_does_not_explain_has_weak_support_and_says_why():
     assert answer.support is Support.WEAK
     both = replace(answer, misfit=replace(answer.misfit, closures=answer.rejected))
     why = "\n".join(both.notes())
-    assert "is off by more than its noise explains" in why
+    assert "by more than its noise explains" in why
     assert "are closer to the map than outliers would be" in why
     assert "Odometry alone" not in why
 

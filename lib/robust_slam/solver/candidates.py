@@ -403,6 +403,8 @@ def _trimmed(graph: PoseGraph) -> Iterator[Array]:
     for _ in range(_TRIMS + 1):
         poses = start.chordal(select(graph, used))
         yield poses
+        if np.all(graph.is_odometry):
+            return
         norms = residual_norms(graph, poses)
         before = used
         used = graph.is_odometry | (norms <= _WORST * np.median(norms[~graph.is_odometry]))
