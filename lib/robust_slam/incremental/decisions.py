@@ -17,23 +17,23 @@ import numpy as np
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.consistency.pairwise import pairwise_distances
+from robust_slam.descent.normal_equations import NormalEquations
+from robust_slam.descent.undamped import descend_undamped
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     jacobians,
     residual_norms,
     residuals,
     rows_of,
+    select,
 )
-from robust_slam.incremental.window import Window
+from robust_slam.incremental.window import Move, Window
 
+_ROUNDS = 20
 _SMALL = 0.02
 """A step that turns no pose by more (rad) is the last: the next would be about its square."""
 _LINEAR = 0.05
 """A window holds while no pose has turned by more (rad) since its factorisation."""
-_FACTORISED = 2
-"""A call factorises the map at most so many times, takes so many steps …"""
-_ROUNDS = 5
-"""… and leaves the rest to the next one."""
 SIZE = 60
 """The largest number of poses in a window."""
 _NEAR = 30
@@ -50,10 +50,6 @@ class State:
     poses: Array
     kept: Mask
     norms: Array
-
-    def cost(self, threshold: float) -> float:
-        """Return the cost of truncated least squares, at which a rejected edge costs c²."""
-        return float(np.sum(np.where(self.kept, self.norms, threshold) ** 2))
 
 
 def compatible(
@@ -108,35 +104,32 @@ def settled(
     """Return the state of truncated least squares that is reached from ``state``.
 
     The kept edges move the map, then each closure is kept if its residual norm is at most the
-    ``threshold``, in turns until no decision changes, or a call has done enough. The steps are
-    those of the ``window`` as long as it holds. The one at the end is returned too, or None where
-    the map is not at rest.
+    ``threshold``, in turns until no decision changes. The steps are those of the ``window`` as
+    long as it holds, and the one that holds at the end is returned too.
     """
-    left = _FACTORISED
+    turned = 0.0
     for _ in range(_ROUNDS):
-        fresh = window is None or window.size(graph, state.kept) > 2 * SIZE
-        if fresh and not left:
-            return None, state
-        if window is None or fresh:
-            window, left = Window(graph, state.poses, state.kept), left - 1
-        move = window.stepped(graph, state.poses, state.kept)
-        if move.since > _LINEAR and not fresh:
-            window = None
-            continue
-        norms, before = residual_norms(graph, move.poses), state.kept
+        if turned <= _LINEAR and (window is None or window.size(graph, state.kept) > 2 * SIZE):
+            window = Window(graph, state.poses, state.kept)
+        move = None if window is None else window.stepped(graph, state.poses, state.kept)
+        if move is None or move.since > _LINEAR:
+            window, move = None, _whole_step(graph, state)
+        norms = residual_norms(graph, move.poses)
+        before, turned = state.kept, move.turned
         state = State(move.poses, graph.is_odometry | (norms <= threshold), norms)
-        if move.turned <= _SMALL and np.array_equal(before, state.kept):
-            return window, state
-    return None, state
+        if turned <= _SMALL and np.array_equal(before, state.kept):
+            break
+    return window, state
 
 
-def beside(graph: PoseGraph, some: Mask) -> Mask:
-    """Return which edges ``(m,)`` have both ends near those of one of ``some`` edges ``(m,)``."""
-    ends = np.sort(graph.edges, axis=1)
-    near = np.zeros(some.size, dtype=np.bool_)
-    for one in ends[some]:
-        near |= np.all(np.abs(ends - one) <= _NEAR, axis=1)
-    return near
+def _whole_step(graph: PoseGraph, state: State) -> Move:
+    """Return the move of a step that lowers the cost, over all poses at once."""
+    equations = NormalEquations(select(graph, state.kept))
+    ones = np.ones(len(equations.graph.edges))
+    poses = descend_undamped(equations, state.poses, ones, 0.0, 1).poses
+    moved = graph.group.log(graph.group.between(state.poses, poses))
+    turned = float(np.abs(moved[:, graph.group.DIMENSION :]).max())
+    return Move(poses, turned, turned)
 
 
 def agreeing(graph: PoseGraph, among: Mask, new: Mask, threshold: float) -> Mask:
@@ -147,7 +140,10 @@ def agreeing(graph: PoseGraph, among: Mask, new: Mask, threshold: float) -> Mask
 
     Source: Mangelson et al. 2018 for the agreement of pairs.
     """
-    near = among & beside(graph, new)
+    ends = np.sort(graph.edges, axis=1)
+    near = np.zeros(among.size, dtype=np.bool_)
+    for one in ends[new]:
+        near |= among & np.all(np.abs(ends - one) <= _NEAR, axis=1)
     agreed = np.zeros(among.size, dtype=np.bool_)
     if near.sum() > 1:
         pairs = (pairwise_distances(graph, near) <= threshold) & new[near][:, None]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._arrays import Array, Indices
 from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import (
     ROWS,
@@ -22,8 +22,7 @@ from robust_slam.graphs.pose_graph import (
     from_checked,
     unreached,
 )
-from robust_slam.solver.candidates import loosened
-from robust_slam.solver.noise import rescaled, rescaled_information
+from robust_slam.solver.noise import rescaled_information
 
 
 class Growing:
@@ -62,20 +61,14 @@ class GrowingEdges:
         self._next = len(graph.edges)
         rows = {name: getattr(graph, name) for name in ROWS}
         rows |= {"number": np.arange(self._next), "precise": graph.information}
-        rows["slipped"] = np.zeros(self._next, dtype=np.bool_)
         self._arrays = {name: Growing(array) for name, array in rows.items()}
         self._graph: PoseGraph | None = graph
-        self.factors: Array = np.ones(4)
+        self._factors: Array = np.ones(4)
 
     @property
     def number(self) -> Indices:
         """The number of each edge, ``(m,)``, ascending."""
         return self._arrays["number"].rows
-
-    @property
-    def slipped(self) -> Mask:
-        """The steps ``(m,)`` that ``rescale`` was told of."""
-        return self._arrays["slipped"].rows
 
     @property
     def graph(self) -> PoseGraph:
@@ -90,23 +83,16 @@ class GrowingEdges:
         rows = {name: self._arrays[name].rows for name in ROWS}
         return from_checked(self.n, rows | {"information": self._arrays["precise"].rows})
 
-    def rescale(self, factors: Array, slips: Indices) -> None:
-        """Let ``precise`` have deviations that are ``factors`` ``(4,)`` times the claimed ones.
-
-        Of the steps ``slips`` ``(k,)`` it has next to no information.
-        """
-        self.factors = factors
-        self.slipped[:] = np.isin(np.arange(self.number.size), slips)
-        loose = loosened(rescaled(self.graph, factors), self.slipped)
-        self._arrays["precise"] = Growing(loose.information)
+    def rescale(self, factors: Array) -> None:
+        """Let ``precise`` have deviations that are ``factors`` ``(4,)`` times the claimed ones."""
+        self._factors = factors
+        self._arrays["precise"] = Growing(rescaled_information(self.graph, factors))
 
     def append(self, n: int, rows: dict[str, NDArray[Any]]) -> Indices:
         """Append checked ``rows``, after which there are ``n`` poses; return their numbers."""
         numbers = np.arange(self._next, self._next + len(rows["edges"]))
-        precise = rescaled_information(from_checked(n, rows), self.factors)
-        slipped = np.zeros(numbers.size, dtype=np.bool_)
-        own = {"number": numbers, "precise": precise, "slipped": slipped}
-        for name, added in (rows | own).items():
+        precise = rescaled_information(from_checked(n, rows), self._factors)
+        for name, added in (rows | {"number": numbers, "precise": precise}).items():
             self._arrays[name].append(added)
         self._next += numbers.size
         self.n, self._graph = n, None

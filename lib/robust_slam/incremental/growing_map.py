@@ -1,11 +1,10 @@
 """A map that grows with the drive, and decides about each closure when it arrives.
 
 Odometry appends poses at no cost. A closure is kept if the map agrees with it, and whenever the
-map moves, all closures are decided about again. These decisions begin at the present map, so two
-others look further. Rejected closures that agree with each other are forced in together, and when
-there are half as many closures again, a review finds the noise, and descends from odometry as
-``solve`` does at first. That is work for many poses. A robot must not wait for it, so each call
-does a piece of it.
+map moves, all closures are decided about again. These decisions begin at the present map, so three
+things look further, each at a bounded share of the cost: the whole search of ``solve`` when there
+are three times as many closures, a descent from the present map, which finds the noise, when there
+are a quarter more, and a descent from odometry where rejected closures agree with each other.
 
 Source: Kaess et al. 2012, "iSAM2", and McGann et al. 2023, "riSAM", for the task; the decisions
 are derived here.
@@ -13,9 +12,7 @@ are derived here.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice
 from math import inf
 from typing import TypeVar
 
@@ -28,22 +25,23 @@ from robust_slam._words import counted
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, residual_norms, rows_of
-from robust_slam.incremental.decisions import SIZE, State, agreeing, beside, compatible, settled
+from robust_slam.incremental.decisions import SIZE, State, agreeing, compatible, settled
 from robust_slam.incremental.edges import Growing, GrowingEdges, placed
 from robust_slam.incremental.window import Window
 from robust_slam.progress import stages
 from robust_slam.solver import Answer, solve
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
-from robust_slam.solver.evidence import outlier_entropy
+from robust_slam.solver.evidence import evidence, outlier_entropy
+from robust_slam.solver.noise import rescaled
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-_REVIEW = 1.5
-"""A review begins when there are so many times the closures that the last one began with."""
+_SEARCH = 3.0
+"""The whole search runs when there are so many times the closures that the last one had …"""
+_REVIEW = 1.25
+"""… and a descent from the present map, which finds the noise, when there are so many times."""
 _GROUP = 3
-"""So many rejected closures that agree, and came since the last try, are tried together."""
-_PIECE = 5_000
-"""The linear solves of a call, one at least, are over no more edges than this in all."""
+"""So many rejected closures that agree, and came since the last search, ask for another."""
 _REACH = 1.5
 """Rejected closures are asked again while their residual is at most so many thresholds."""
 
@@ -54,8 +52,7 @@ class GrowingMap:
     It begins with the map of ``graph``, whose odometry joins all poses; one edge is enough.
     ``probability`` and ``find_noise`` are those of ``solve``. Odometry is trusted. Where further
     closures contradict one that was kept, it is withdrawn, and one that was rejected returns
-    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far, and the map
-    takes it over, with steps of the odometry that slipped.
+    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
@@ -87,8 +84,7 @@ class GrowingMap:
         self._kept = Growing(graph.is_odometry)
         self._norms: Array = np.zeros(0)
         self._window: Window | None = None
-        self._asked = self._reviewed = 0
-        self._work: Iterator[None] | None = None
+        self._asked = self._searched = self._reviewed = 0
         self._search()
 
     @property
@@ -104,7 +100,7 @@ class GrowingMap:
     @property
     def kept(self) -> Mask:
         """A mask ``(m,)`` of the kept edges of ``graph``, odometry included, read-only."""
-        return _still(self._kept.rows & ~self._edges.slipped)
+        return _still(self._kept.rows)
 
     @property
     def numbers(self) -> Indices:
@@ -138,13 +134,8 @@ class GrowingMap:
         numbers = self._edges.append(n, rows)
         self._poses.append(poses)
         self._kept.append(rows["is_odometry"])
-        before = self._window
         if numbers.size > len(poses):
             self._decide(numbers.size, bool(np.sum(rows["is_odometry"]) > len(poses)))
-        # In a large map a call that factorises has done enough, unless it brings many edges.
-        least = self._window is before or numbers.size > SIZE
-        for _ in islice(self._work or (), max(int(least), _PIECE // len(self._edges.number))):
-            pass
         return numbers
 
     def remove(self, edge: int) -> None:
@@ -160,19 +151,14 @@ class GrowingMap:
         kept = self._kept.rows[row]
         self._edges.remove(row)
         self._kept = Growing(np.delete(self._kept.rows, row))
-        self._norms, self._window, self._work = np.delete(self._norms, row), None, None
+        self._norms, self._window = np.delete(self._norms, row), None
         if kept:
             self._search()
 
     def answer(self) -> Answer:
-        """Return the answer of ``solve`` for ``graph``: its map, certificate and support.
-
-        It may know better than the map that grew, which then takes over what is kept.
-        """
+        """Return the answer of ``solve`` for ``graph``: its map, certificate and support."""
         probability, find_noise = self._options
-        answer = solve(self.graph, probability, find_noise=find_noise)
-        self._adopt(answer.best)
-        return answer
+        return solve(self.graph, probability, find_noise=find_noise)
 
     @property
     def _closures(self) -> int:
@@ -180,12 +166,17 @@ class GrowingMap:
 
     def _decide(self, count: int, moved: bool) -> None:
         """Decide about the last ``count`` edges; ``moved`` where odometry alone moves the map."""
+        graph, closures = self.graph, self._closures
+        if closures >= max(1, _SEARCH * self._searched):
+            self._search()
+            return
+        if closures >= max(1, _REVIEW * self._reviewed):
+            self._review(self.poses)
         precise = self._edges.precise
-        new = ~precise.is_odometry
+        new = ~graph.is_odometry
         new[:-count] = False
         state, window, c = self._state(), self._window, self._threshold
         if window is None or window.size(precise, state.kept | new) > SIZE:
-            moved |= window is None
             window = Window(precise, state.poses, state.kept)
         asked = ~state.kept & (new | (state.norms <= _REACH * c))
         agrees = asked & (state.norms <= c)
@@ -196,11 +187,10 @@ class GrowingMap:
             window, state = settled(window, precise, state, c)
         self._take(state, window)
         far = ~state.kept & (state.norms > _REACH * c)
-        agreed = agreeing(precise, far, new & far, c) if np.any(new & far) else far
-        if self._work is None and self._closures >= max(_GROUP, _REVIEW * self._reviewed):
-            self._work = self._review()
-        elif self._work is None and np.sum(agreed & (self._edges.number >= self._asked)) >= _GROUP:
-            self._work = self._forced(agreed)
+        if np.any(new & far):
+            agreed = agreeing(precise, far, new & far, c)
+            if np.sum(agreed & (self._edges.number >= self._asked)) >= _GROUP:
+                self._review(dead_reckoning(graph))
 
     def _state(self) -> State:
         """Return the present map, with the residual norms of edges that came since."""
@@ -212,65 +202,39 @@ class GrowingMap:
 
     def _search(self) -> None:
         """Take the map of the whole search."""
-        self._adopt(max(self._started().candidates(), key=evidence_of))
+        self._searched = self._reviewed = self._closures
+        self._adopt(max(self._started(dead_reckoning(self.graph)).candidates(), key=evidence_of))
 
-    def _forced(self, agreed: Mask) -> Iterator[None]:
-        """Take, with the next call, the map that ``agreed`` edges lead to, if it explains more.
-
-        At first they replace the closures beside them, which return where they fit.
-        """
-        self._asked = int(self._edges.number[-1]) + 1
-        yield
-        state, precise, c = self._state(), self._edges.precise, self._threshold
-        agreed = np.pad(agreed, (0, state.kept.size - agreed.size))
-        kept = agreed | (state.kept & (precise.is_odometry | ~beside(precise, agreed)))
-        _, other = settled(None, precise, replace(state, kept=kept), c)
-        if other.cost(c) < state.cost(c):
-            self._take(other, None)
-            yield
-            window, state = settled(None, self._edges.precise, self._state(), c)
-            self._take(state, window)
-        self._work = None
-
-    def _review(self) -> Iterator[None]:
-        """Take the better one of this map and that of a descent from odometry, in steps."""
-        self._adopt((yield from self._started().reviewing(self.poses, self._edges.factors)))
-        self._work = None
+    def _review(self, x0: Array) -> None:
+        """Take the map and the noise of a descent from ``x0`` ``(n, …)``, if they explain more."""
+        self._reviewed = self._closures
+        best = self._started(x0).first()
+        precise = rescaled(self.graph, best.found)
+        entropy = outlier_entropy(self.graph)
+        if best.evidence >= evidence(precise, self.poses, self.kept, entropy):
+            self._adopt(best)
 
     def _adopt(self, best: Candidate) -> None:
-        """Take a map of the first poses and edges, and the deviations that these were tested with.
+        """Take a map, and the deviations that its closures were tested with."""
+        self._edges.rescale(best.tested)
+        norms = residual_norms(self._edges.precise, best.poses)
+        self._take(State(best.poses, best.kept, norms), None)
 
-        Later poses keep their place beside the last of these, and edges their decisions, until the
-        map has settled.
-        """
-        group, n, m = self._edges.group, len(best.poses), best.kept.size
-        slips = np.flatnonzero(~best.kept & self.graph.is_odometry[:m])
-        self._edges.rescale(best.tested, slips)
-        poses, kept = self._poses.rows.copy(), self._kept.rows.copy()
-        moved = group.compose(best.poses[n - 1], group.inverse(poses[n - 1]))
-        poses[:n], poses[n:] = best.poses, group.compose(moved, poses[n:])
-        kept[:m] = best.kept | self._edges.slipped[:m]
-        precise = self._edges.precise
-        state = State(poses, kept, residual_norms(precise, poses))
-        if m < kept.size:
-            _, state = settled(None, precise, state, self._threshold)
-        self._take(state, None)
-
-    def _started(self) -> Search:
-        """Return the search of ``solve``, from odometry."""
+    def _started(self, x0: Array) -> Search:
+        """Return the search of ``solve`` from ``x0`` ``(n, …)``."""
         graph = self.graph
-        self._reviewed = self._closures
+        self._asked = int(self._edges.number[-1]) + 1
         with stages(False) as tell:
             return Search(
                 graph=graph,
-                x0=dead_reckoning(graph),
+                x0=x0,
                 trusted=graph.is_odometry,
                 threshold=self._threshold,
                 learns=self._options[1],
                 tell=tell,
                 deadline=Deadline.after(inf),
                 entropy=outlier_entropy(graph),
-                slips=self._edges.slipped.copy(),
+                slips=np.zeros(len(graph.edges), dtype=np.bool_),
             )
 
     def _take(self, state: State, window: Window | None) -> None:

@@ -139,9 +139,7 @@ class Search:
         Raises:
             Underdetermined: the trusted edges do not determine the map to working precision.
         """
-        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
-        joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
-        found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
+        found, joined = [self.first()], self._joins
         if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
@@ -162,23 +160,18 @@ class Search:
             found.extend(self._tried("PCM, GNC", best.tested))
         return found
 
-    def reviewing(self, poses: Array, tested: Array) -> Steps[Candidate]:
-        """Return the better one of the map ``poses`` and that of DCS, in steps.
+    def first(self) -> Candidate:
+        """Return the first candidate.
 
-        The map begins with ``tested`` ``(4,)`` times the claimed noise, DCS with the claims, and
-        with more while hardly any of several closures is kept: what one or two show is no noise.
+        Raises:
+            Underdetermined: as ``candidates``.
         """
-        best = yield from self.settling("the map so far", poses, tested)
-        for guess in (1.0, *_WIDER):
-            several, hardly_any = _FEW[0], _FEW[1] * self._count
-            if guess > 1.0 and (self._count < several or self._closures(best) > hardly_any):
-                break
-            scale, kernel = np.full(4, guess), kernels.dcs(self.threshold)
-            problem = self.problem(rescaled(self.graph, scale))
-            x, _ = yield from descending(problem, kernel, self.x0, _STEPS, self.deadline)
-            other = yield from self.settling("DCS", x, scale)
-            best = max(best, other, key=evidence_of)
-        return best
+        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
+        return self._settled("PCM, GNC" if self._joins else "DCS", np.ones(4))
+
+    @property
+    def _joins(self) -> bool:
+        return bool(np.any(self.trusted & ~self.graph.is_odometry))
 
     def wider(self, best: Candidate) -> Iterator[Candidate]:
         """Yield the map where odometry has more noise, if it is supported about as much.
