@@ -181,7 +181,7 @@ def test_closures_are_named_by_the_ids_of_the_file(file, capsys):
     write(file, select(cut, ~alone), names=np.arange(60) * 2 + 500)
     assert cli.main(["solve", str(file), "--quiet"]) == 1
     said = capsys.readouterr().out
-    i, j = np.array(re.search(r"of these closures: (\d+)-(\d+)\.", said).groups(), dtype=int)
+    i, j = np.array(re.search(r"that of closure (\d+)-(\d+):", said).groups(), dtype=int)
     assert {i < 560, j < 560} == {True, False}
     content = read(file)
     answer = rs.solve(content.graph)

@@ -273,6 +273,8 @@ def lone_places(search: Search, best: Candidate) -> tuple[Lone, ...]:
     closures = np.flatnonzero(best.kept & ~search.graph.is_odometry)
     one_each = np.zeros(best.kept.size, dtype=np.bool_)
     one_each[closures[places(search.graph.edges[closures])]] = True
+    # What joins sessions is needed, also where its ends are near those of another one.
+    one_each |= best.kept & search.trusted & ~search.graph.is_odometry
     kept = (best.kept & search.graph.is_odometry) | one_each
     poses = _minimum(free, kept, best.poses)
     fit = Fitted.of(free.graph, poses, kept)
