@@ -139,7 +139,7 @@ class _Lines:
 
 
 def _typed_town(cells: Sequence[Cell], tests: Assignment) -> int | None:
-    """Read the number that the student typed; where it is none, say so, and take everybody's."""
+    """Read the number that the student typed; without one say so, and take everybody's."""
     if not any(case.has_town for case in tests.cases):
         return None
     given = [source.typed(TOWN, cell.source) for cell in cells if cell.kind == "code"]
