@@ -5,8 +5,10 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,8 +20,9 @@ from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading import notebook, submission
-from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading import notebook, source, submission
+from robust_slam_autograder.reading.assignment import TOWN, Assignment
+from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import called_by
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.reports import clicks, terminal
@@ -30,6 +33,10 @@ ALONE = (
     "autograder check {0} --release FOLDER."
 )
 ALTERED = "Note: gone from the notebook or changed, but run as they were released: {}."
+NO_TOWN = (
+    f"Note: {TOWN} is no whole number in your notebook, so the checks use the data of everybody. "
+    f"Type it as you were given it, as in {TOWN} = 482913."
+)
 HINTS = "For a hint on what did not pass, add --hints {}."
 
 
@@ -85,7 +92,7 @@ def run(
     print(f"Checking {given}: the visible cases of {tests.name}.")
     code = submission.collect(cells, tests)
     lines = _Lines(tests, code, hints or 0)
-    mine = marking.Whose("", tests, code, town=None)
+    mine = marking.Whose("", tests, code, town=_typed_town(cells, tests))
     wall = sandbox.choose(unsandboxed=True)
 
     def label(exercise: str, shape: Shape) -> str:
@@ -129,6 +136,19 @@ class _Lines:
     def _say_next(self) -> None:
         if self._left and self._out.isatty():
             print(f"… {self._left[0]}", end="\r", file=self._out, flush=True)
+
+
+def _typed_town(cells: Sequence[Cell], tests: Assignment) -> int | None:
+    """Read the number that the student typed; where it is none, say so, and take everybody's."""
+    if not any(case.has_town for case in tests.cases):
+        return None
+    given = [source.typed(TOWN, cell.source) for cell in cells if cell.kind == "code"]
+    # The set-up makes it of itself, or of what the grader hands over.
+    typed = [one for one in given if one is not None and not isinstance(one, ast.Call)]
+    if typed and isinstance(typed[-1], ast.Constant) and type(typed[-1].value) is int:
+        return typed[-1].value
+    print(NO_TOWN)
+    return None
 
 
 def _released(path: Path, release: Path | None) -> tuple[Path, Assignment]:

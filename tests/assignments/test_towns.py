@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from robust_slam_autograder import self_check
 from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.reading.assignment import Case
@@ -91,3 +92,30 @@ def test_a_batch_keeps_its_numbers_whatever_its_seed(tmp_path: Path) -> None:
     numbers = [journal.town(name) for name in ("ada", "Zoë", "Zoe\u0308")]
     assert numbers[0] != numbers[1] == numbers[2]
     assert [open_journal(tmp_path, seed).town("ada") for seed in (None, 7)] == numbers[:1] * 2
+
+
+LOSES_MINE = """
+_right = gnc
+
+
+def gnc(z, *rest, **more):
+    assert not np.array_equal(z, readings(482913)), "my own readings"
+    return _right(z, *rest, **more)
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "loses", "note"),
+    [("TOWN = 0", 0, 0), ("TOWN = 482913", 1, 0), ("TOWN = '482913'", 0, 1), ("", 0, 1)],
+)
+def test_a_check_draws_the_data_from_the_number_that_was_typed(
+    released: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], first: str, loses, note
+) -> None:
+    solution = answers.solutions("05-gnc")["gnc"] + LOSES_MINE
+    value = answers.with_answers(answers.solved("05-gnc", released), {"gnc": solution})
+    for cell in value["cells"]:
+        if "".join(cell["source"]).endswith("TOWN = 0"):
+            cell["source"] = first
+    self_check.run(answers.write(tmp_path / "mine.ipynb", value), released / "05-gnc")
+    said = capsys.readouterr().out
+    assert ("my own readings" in said, self_check.NO_TOWN in said) == (loses, note)

@@ -73,6 +73,17 @@ def defined_names(source: str) -> list[str]:
     return [name for node in own for name in _bound_by(node)]
 
 
+def typed(name: str, source: str) -> ast.expr | None:
+    """Return what a cell's top level last gives a name; None where it gives it nothing."""
+    given = None
+    for node in tree_of(source).body:
+        if isinstance(node, ast.Assign) and ast.dump(ast.Name(name, ast.Store())) in map(
+            ast.dump, node.targets
+        ):
+            given = node.value
+    return given
+
+
 def tree_of(source: str) -> ast.Module:
     """Return the tree of a cell, magics aside; an empty one where it is no Python."""
     try:
@@ -146,7 +157,14 @@ def needed(own: Sequence[str], cells: Sequence[str]) -> str:
     trees = [tree_of(source) for source in own]
     used = used_names(*(node for source in cells for node in tree_of(source).body))
     kept = helpers(trees, used)
-    return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
+    return "\n".join(_text(node) for tree in trees for node in tree.body if node in kept)
+
+
+def _text(node: ast.stmt) -> str:
+    """The text of a statement; none of one that is nested too deeply to be written again."""
+    with contextlib.suppress(RecursionError):
+        return ast.unparse(node)
+    return ""
 
 
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
@@ -188,20 +206,26 @@ def _changed_by(node: ast.AST, variables: set[str]) -> set[str]:
 
     A method may change a variable; of a module (``plt.plot``) it changes nothing here.
     """
-    if isinstance(node, _MAKES):
-        return set(_bound_by(node))
-    parts = list(ast.iter_child_nodes(node))
     found: set[str] = set()
-    match node:
-        case ast.Lambda():
-            return found
-        case ast.comprehension():
-            parts = [node.iter, *node.ifs]  # its own variable lives in it alone
-        case ast.Name() | ast.Attribute() | ast.Subscript() if not isinstance(node.ctx, ast.Load):
-            found = _root(node)
-        case ast.Call(func=ast.Attribute()):
-            found = _root(node.func) & variables
-    return found.union(*(_changed_by(part, variables) for part in parts))
+    waiting = [node]  # and no recursion: a long sum is as deep as it is long
+    while waiting:
+        match node := waiting.pop():
+            case ast.stmt() if isinstance(node, _MAKES):
+                found.update(_bound_by(node))
+                continue
+            case ast.Lambda():
+                continue
+            case ast.comprehension():
+                waiting += [node.iter, *node.ifs]  # its own variable lives in it alone
+                continue
+            case ast.Name() | ast.Attribute() | ast.Subscript() if not isinstance(
+                node.ctx, ast.Load
+            ):
+                found |= _root(node)
+            case ast.Call(func=ast.Attribute()):
+                found |= _root(node.func) & variables
+        waiting += ast.iter_child_nodes(node)
+    return found
 
 
 def _root(node: ast.AST) -> set[str]:
@@ -213,23 +237,28 @@ def _root(node: ast.AST) -> set[str]:
 
 def _bound_by(node: ast.stmt) -> list[str]:
     """Names that a statement binds; none where it does more than to bind names."""
-    match node:
-        case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
-            return [node.name]
-        case ast.Import() | ast.ImportFrom():
-            return [(alias.asname or alias.name).split(".")[0] for alias in node.names]
-        case ast.Assign() | ast.AnnAssign():
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names = (part for target in targets for part in ast.walk(target))
-            return [
-                n.id for n in names if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-            ]
-        case ast.If() | ast.Try():
-            # Such as: try one import, except take another.
-            handled = [part for one in getattr(node, "handlers", ()) for part in one.body]
-            parts = [*ast.iter_child_nodes(node), *handled]
-            does = [p for p in parts if isinstance(p, ast.stmt) and not isinstance(p, ast.Pass)]
-            inner = list(map(_bound_by, does))
-            return [name for names in inner for name in names] if all(inner) else []
-        case _:
-            return []
+    names: list[str] = []
+    waiting = [node]  # and no recursion: each elif is within the one before
+    while waiting:
+        match node := waiting.pop():
+            case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
+                names.append(node.name)
+            case ast.Import() | ast.ImportFrom():
+                names += [(alias.asname or alias.name).split(".")[0] for alias in node.names]
+            case ast.Assign() | ast.AnnAssign():
+                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+                stored = (part for target in targets for part in ast.walk(target))
+                names += [
+                    n.id
+                    for n in stored
+                    if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+                ]
+            case ast.If() | ast.Try():
+                # Such as: try one import, except take another.
+                handled = [part for one in getattr(node, "handlers", ()) for part in one.body]
+                parts = [*ast.iter_child_nodes(node), *handled]
+                does = [part for part in parts if isinstance(part, ast.stmt)]
+                waiting += [part for part in reversed(does) if not isinstance(part, ast.Pass)]
+            case _:
+                return []
+    return names

@@ -156,3 +156,15 @@ def test_a_count_of_python_that_is_off_once_changes_no_tree(monkeypatch):
 
     monkeypatch.setattr(ast, "parse", off_once)
     assert ast.unparse(source.tree_of("x = 1")) == "x = 1"
+
+
+@pytest.mark.parametrize(
+    "deep",
+    ["x = " + " + ".join(["1"] * 500), "if a: b = 1\n" + "elif a: b = 1\n" * 500],
+    ids=["sum", "elif"],
+)
+def test_a_long_sum_or_many_elifs_cost_nothing(deep):
+    own = f"{deep}\ndef helper(): pass\n"
+    assert "helper" in source.needed([own], ["helper()"])
+    tree = source.tree_of(own)
+    assert tree.body[-1] in source.helpers([tree], {"helper"})
