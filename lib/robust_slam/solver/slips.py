@@ -96,9 +96,19 @@ class _Drive:
         v, number = self.below[step][:, None], self.number[poses]
         return np.asarray((self.number[v] <= number) & (number <= self.last[v]))
 
-    def places(self, edges: Indices) -> int:
-        """Return at how many places the ``edges`` ``(k, 2)`` are."""
-        return len(places(np.sort(self.number[edges], axis=1)))
+    def places(self, edges: Indices, step: int) -> int:
+        """Return at how many places the ``edges`` ``(k, 2)`` across a ``step`` are.
+
+        Across a usual step a run of closures, each beside the next, may be one place taken for
+        another, however long it is.
+        """
+        if len(edges) == 0:
+            return 0
+        ends = np.sort(self.number[edges], axis=1)
+        if self.unlike[step] > 1.0:
+            return len(places(ends))
+        beside = KDTree(ends).query_pairs(APART, p=np.inf, output_type="ndarray")
+        return int(connected_parts(len(ends), beside).max()) + 1
 
 
 def _unlike(graph: PoseGraph, edge: Indices) -> Array:
@@ -231,7 +241,7 @@ def _freed(
         ends = search.graph.edges[one.kept & ~search.trusted]
         at, to = (drive.behind(np.array([start.step]), end)[0] for end in ends.T)
         crossing = ends[at != to]
-        if drive.places(crossing) >= _PLACES[bool(drive.unlike[start.step] > 1.0)]:
+        if drive.places(crossing, start.step) >= _PLACES[bool(drive.unlike[start.step] > 1.0)]:
             yield trial, one
 
 
@@ -301,7 +311,7 @@ def _groups(
             unlike = bool(drive.unlike[step] > 1.0)
             if members.size - lost[first] < _PLACES[unlike]:
                 continue
-            if drive.places(graph.edges[members]) < _PLACES[unlike]:
+            if drive.places(graph.edges[members], step) < _PLACES[unlike]:
                 continue
             inside = _inside(drive, whole, np.array([step]), np.arange(graph.n), flipped)[0]
             found.append(
