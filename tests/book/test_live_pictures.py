@@ -114,8 +114,8 @@ def opened(request, site, address, browser):
 
 
 def assert_well(visit: Visit, look: Look) -> None:
-    """A picture is among the first two screens, the page is not too wide, nothing complains."""
-    first = pictures(visit.page)[0]
+    """A picture, live or still, is among the first two screens, the page fits, nothing complains."""
+    first = visit.page.locator(".rs-picture, .rs-figure").first
     top = first.evaluate("picture => picture.getBoundingClientRect().top + window.scrollY")
     assert top < 2 * 900, f"{look.width} px: the first picture begins {top:.0f} px down the page"
     assert too_wide(visit) <= 0
