@@ -114,7 +114,7 @@ def opened(request, site, address, browser):
 
 
 def assert_well(visit: Visit, look: Look) -> None:
-    """A picture, live or still, is among the first two screens, the page fits, nothing complains."""
+    """A picture, be it still, is among the first two screens; the page fits and is well."""
     first = visit.page.locator(".rs-picture, .rs-figure").first
     top = first.evaluate("picture => picture.getBoundingClientRect().top + window.scrollY")
     assert top < 2 * 900, f"{look.width} px: the first picture begins {top:.0f} px down the page"
