@@ -63,6 +63,8 @@ class Ledger:
     columns: tuple[Column, ...]
     failed: tuple[tuple[str, str], ...]
     """Students and assignments on which the grader itself failed: they have no mark."""
+    refused: tuple[tuple[str, str], ...]
+    """Students and assignments whose notebook could not be read: no test has given them points."""
 
     @functools.cached_property
     def lost(self) -> frozenset[tuple[str, str]]:
@@ -94,36 +96,44 @@ def read(
     database.refuse_missing(location)
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
+    refused: list[tuple[str, str]] = []
     for name in assignments.find_names(tree, names):
         recorded = totals.read(location, name)
-        broken = _failed(out, name, recorded.students)
+        broken, unread = _without_marks(out, name, recorded.students)
         failed += [(student, name) for student in broken]
+        refused += [(student, name) for student in unread]
         known = {name: one for name, one in recorded.students.items() if name not in broken}
         if known:
             tests = assignments.load(assignments.notebook_path(tree / name))
             columns.append(_column(tests, replace(recorded, students=known), rules, submitted))
         elif name in names:
             raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")
-    return Ledger(tuple(columns), tuple(failed))
+    return Ledger(tuple(columns), tuple(failed), tuple(refused))
 
 
-def _failed(out: Path, name: str, recorded: Mapping[str, Total]) -> list[str]:
-    """Return students on whose submission the grader failed; a mark that they have is an old one.
+def _without_marks(
+    out: Path, name: str, recorded: Mapping[str, Total]
+) -> tuple[list[str], list[str]]:
+    """Return on whose submission the grader failed, and whose it refused.
 
-    It is refused where a result is not in the gradebook as it is, for grading was stopped.
+    A mark that the former have is an old one.
+
+    Raises:
+        WrongUse: a result is not in the gradebook as it is, for grading was stopped.
     """
-    failed = []
+    found: dict[str, list[str]] = {"failed": [], "refused": [], "graded": []}
     for path in results.files_of(out, name):
         result = results.read_checked(path)
         total = recorded.get(result.student)
+        found[result.status].append(result.student)
         if result.status == "failed":
-            failed.append(result.student)
-        elif total is None or abs(total.by_tests - result.score) > TOLERANCE:
+            continue
+        if total is None or abs(total.by_tests - result.score) > TOLERANCE:
             raise WrongUse(
                 f"The gradebook does not have {result.student}/{name} as it was graded last: "
                 "give the grade command again, which brings it up to date."
             )
-    return failed
+    return found["failed"], found["refused"]
 
 
 def _column(tests: Assignment, known: Totals, rules: Rules | None, submitted: Path) -> Column:

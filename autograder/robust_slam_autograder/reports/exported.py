@@ -60,6 +60,11 @@ def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[
         yield f"{both} are one name, written in two ways: no mark; grade them as one student"
     for student, name in ledger.failed:
         yield f"the grader failed on {one_line(student)}/{name}: no mark; grade it again"
+    for student, name in ledger.refused:
+        yield (
+            f"{one_line(student)}/{name} could not be read, so no test has given it points: let "
+            "it be handed in again, or leave the mark"
+        )
     for column in ledger.columns:
         for student, why in sorted(column.undated.items()):
             yield f"{one_line(student)}/{column.name} has no mark: {log_line(why)}"

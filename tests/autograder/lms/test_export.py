@@ -172,6 +172,13 @@ def test_who_has_no_mark_is_told_and_the_others_have_theirs(course, export, mark
     assert column(course) == marks
 
 
+def test_whose_notebook_could_not_be_read_is_named(course, export):
+    record(course / "out", samples.refused("It is no notebook."))
+    status, _, err = export("canvas", CANVAS)
+    assert status == 0 and column(course)[0] == "0"
+    assert "ada/07-toy could not be read, so no test has given it points: let it be" in err
+
+
 def test_what_a_person_gave_counts_and_what_waits_is_told(course, export):
     with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
         row = book.find_grade("apply-twice", toy.NAME, toy.NAME, "ada")
