@@ -75,13 +75,13 @@ def defined_names(source: str) -> list[str]:
 
 def typed(name: str, source: str) -> ast.expr | None:
     """Return what a cell's top level last gives a name; None where it gives it nothing."""
-    given = None
-    for node in tree_of(source).body:
-        if isinstance(node, ast.Assign) and ast.dump(ast.Name(name, ast.Store())) in map(
-            ast.dump, node.targets
-        ):
-            given = node.value
-    return given
+    given = [node for node in tree_of(source).body if isinstance(node, ast.Assign)]
+    found = [node.value for node in given if name in map(_name, node.targets)]
+    return found[-1] if found else None
+
+
+def _name(target: ast.expr) -> str | None:
+    return target.id if isinstance(target, ast.Name) else None
 
 
 def tree_of(source: str) -> ast.Module:
@@ -157,14 +157,7 @@ def needed(own: Sequence[str], cells: Sequence[str]) -> str:
     trees = [tree_of(source) for source in own]
     used = used_names(*(node for source in cells for node in tree_of(source).body))
     kept = helpers(trees, used)
-    return "\n".join(_text(node) for tree in trees for node in tree.body if node in kept)
-
-
-def _text(node: ast.stmt) -> str:
-    """The text of a statement; none of one that is nested too deeply to be written again."""
-    with contextlib.suppress(RecursionError):
-        return ast.unparse(node)
-    return ""
+    return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
 
 
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
