@@ -10,11 +10,10 @@ al. 2018 (PCM) for the descents; that they are candidates is derived here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
@@ -35,10 +34,6 @@ from robust_slam.progress import Progress
 from robust_slam.solver.evidence import evidence
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.noise import SMALLEST, Found, find_noise, noise_of, rescaled
-
-T = TypeVar("T")
-Steps = Generator[None, None, T]
-"""Work that may be interrupted after each step, and what comes of it."""
 
 TOL = 1e-3
 """A descent is at rest when no residual norm u changes by more than this, relative to 1 + u."""
@@ -248,20 +243,15 @@ class Search:
 
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
         """Return the best of the rounds of truncated least squares and noise."""
-        return finished(self.settling(name, poses, tested))
-
-    def settling(self, name: str, poses: Array, tested: Array) -> Steps[Candidate]:
-        """Do as ``settle``, and yield after each linear solve and each look at the noise."""
         best: Candidate | None = None
         kernel = kernels.tls(self.threshold)
         for _ in range(_ROUNDS):
             problem = self.problem(rescaled(self.graph, tested))
-            poses, stop = yield from descending(problem, kernel, poses, _ROUND, self.deadline)
+            poses, stop = _descended(problem, kernel, poses, self.deadline)
             norms = problem.residual_norms(poses)
             kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
             fit = Fitted.of(problem.graph, poses, kept)
             found = noise_of(fit) if self.learns else _CLAIMED
-            yield
             own = np.maximum(tested * found.factors, SMALLEST) if found.enough else np.ones(4)
             near = int(np.sum(~kept & ~self.trusted & (norms < _NEAR * self.threshold)))
             precise = rescaled(self.graph, own)
@@ -280,30 +270,19 @@ class Search:
         return best
 
 
-def descending(
-    problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, most: int, deadline: Deadline
-) -> Steps[tuple[Array, StopReason]]:
-    """Yield after each of at most ``most`` solves of ``irls`` from the poses ``x`` ``(n, …)``.
-
-    The poses of the last one are returned, and why it is the last.
-    """
+def _descended(
+    problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, deadline: Deadline
+) -> tuple[Array, StopReason]:
+    """Return the poses of the last solve of ``irls`` from ``x`` ``(n, …)``, and why it is."""
     stop = StopReason.ITERATION_LIMIT
-    while most > 0 and stop is StopReason.ITERATION_LIMIT:
+    for _ in range(_ROUND):
         result = irls(problem, kernel, x, tol=TOL, max_iterations=1, max_seconds=deadline.left)
-        x, stop, most = result.x, result.stop, most - 1
-        if deadline.passed and stop is StopReason.ITERATION_LIMIT:
-            stop = StopReason.TIME_LIMIT
-        yield
+        x, stop = result.x, result.stop
+        if stop is not StopReason.ITERATION_LIMIT:
+            break
+        if deadline.passed:
+            return x, StopReason.TIME_LIMIT
     return x, stop
-
-
-def finished(steps: Steps[T]) -> T:
-    """Return what ``steps`` return in the end."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
 
 
 def loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
