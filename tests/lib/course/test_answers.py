@@ -24,7 +24,7 @@ SAYS = {
     "showcase": "GNC follows the nine with the diamond at pose 3",
     "starts": "GNC follows the nine with the diamond at pose 18",
     "turning": "eigenvalue is 0.00: certified",
-    "machine": "GNC 0 and 0, the map 0 and 0",
+    "machine": "bends the map by 2.97\u00a0m, and no lamp lights",
     "graduation": "consistent outliers",
     "robots": "0 of 2 correct and 1 of 1 wrong are rejected",
     "arena": "GNC uses 9 and 0, is 0.27",
