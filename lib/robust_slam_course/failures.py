@@ -158,7 +158,7 @@ def turned(stage: str, by: float) -> Outcome:
     from which the last descent starts.
 
     Raises:
-        ValueError: ``stage`` is none of the three.
+        ValueError: ``stage`` is not one of the three.
     """
     graph, is_outlier, truth = town()
     if stage == "odometry":

@@ -48,7 +48,7 @@ SOLVERS = {
     "cliques": (sets.clique_cases, LINE),
     "pcm": (sets.pcm_cases, GRAPH),
     "headings": (certificates.heading_cases, GRAPH),
-    "climbs": (certificates.climb_cases, GRAPH),
+    "rings": (certificates.ring_cases, GRAPH),
 }
 """For each family of cases, who draws them and the largest difference that is allowed."""
 

@@ -20,7 +20,7 @@ SAYS = {
     "hardening": "the cost has 2 minima, and the estimate moves from 0.21",
     "factors": "ends at 0.00",
     "consistency": "PCM keeps 8 and 0",
-    "certificate": "the cost is 13.94",
+    "certificate": "has untwisted the ring, and the cost falls from 13.82",
     "showcase": "GNC follows the nine with the diamond at pose 3",
     "starts": "GNC follows the nine with the diamond at pose 18",
     "turning": "eigenvalue is 0.00: certified",

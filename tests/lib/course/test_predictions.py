@@ -18,6 +18,7 @@ from robust_slam_course import labs, pictures
 from robust_slam_course.failures import outcome, town
 from robust_slam_course.pictures.graphs import agreeing, with_wrong
 from robust_slam_course.plots.landscapes import minima
+from scipy.optimize import minimize
 
 from tests.lib.course.parity_graphs import Switches
 
@@ -166,16 +167,25 @@ def consistency(data: Any, state: Any) -> Told:
 
 
 def certificate(data: Any, state: Any) -> Told:
-    edges = np.array([[k, (k + 1) % 5] for k in range(5)])
+    edges, rest = np.array([[k, (k + 1) % 5] for k in range(5)]), np.radians(72 * np.arange(5))
     Q = sdp.connection_matrix(5, edges, np.broadcast_to(np.eye(2), (5, 2, 2)))
 
-    def cost(turns: Any) -> float:
-        R = np.hstack([se2.rotation([0, 0, t]) for t in np.radians(state["degrees"]) + turns])
+    def cost(angles: Any) -> float:
+        R = np.hstack([se2.rotation([0, 0, t]) for t in angles])
         return float(np.trace(R @ Q @ R.T))
 
+    def pulled(free: Any, turn: float) -> float:
+        return cost([0, free[0], free[1], rest[3] + np.radians(turn), free[2]])
+
     small = 0.2 * np.random.default_rng(0).standard_normal((200, 5))
-    lower = [cost(turns) < cost(0.0) for turns in [*small, *(0.2 * np.eye(5))]]
-    return "only a large one" if not any(lower) and cost(0.0) > 0 else "a small one", []
+    lower = [cost(rest + turns) < cost(rest) for turns in [*small, *(0.2 * np.eye(5))]]
+    free, falls = rest[[1, 2, 4]], []
+    for turn in range(3, 91, 3):
+        found = minimize(pulled, free, turn)
+        free = found.x
+        falls += [turn] if found.fun < cost(rest) else []
+    assert not any(lower) and falls == [*range(falls[0], 91, 3)]
+    return "only a large one", [f"beyond {falls[0]}°"]
 
 
 def turning(data: Any, state: Any) -> Told:
