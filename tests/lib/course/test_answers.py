@@ -25,7 +25,7 @@ SAYS = {
     "starts": "GNC follows the nine with the diamond at pose 18",
     "turning": "eigenvalue is 0.00: certified",
     "machine": "bends the map by 2.97\u00a0m, and no lamp lights",
-    "graduation": "consistent outliers",
+    "graduation": "13 more from least squares than from odometry",
     "robots": "0 of 2 correct and 1 of 1 wrong are rejected",
     "arena": "GNC uses 9 and 0, is 0.27",
     "growing": "was withdrawn at pose 29",

@@ -247,13 +247,12 @@ def machine(data: Any, state: Any) -> Told:
 
 
 def graduation(data: Any, state: Any) -> Told:
-    counts = np.array(data["good"]["consistent 50"])[:, :, 2, data["noises"].index(0.05)]
-    odometry, squares = counts.sum(axis=1)
-    graduated, plain = counts[:, [1, 3]].sum(), counts[:, [0, 2]].sum()
+    # A column is a start, which comes first, and a cost by IRLS or by GNC.
+    columns = [noises[data["noises"].index(0.05)].count("") for noises in data["lost"]]
+    odometry, squares = sum(columns[:4]), sum(columns[4:])
+    plain, graduated = sum(columns[::2]), sum(columns[1::2])
     right = "the start" if odometry - squares > graduated - plain else "graduation"
-    found = (
-        f"find {odometry} maps, from least squares {squares}; GNC finds {graduated}, IRLS {plain}"
-    )
+    found = f"From odometry {odometry} maps are good, from least squares {squares}"
     return right, [found, f"of {odometry - squares} maps", f"one of {graduated - plain} ("]
 
 
