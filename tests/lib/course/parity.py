@@ -39,7 +39,6 @@ SOLVERS = {
     "loop:lines": (cases.line_cases, LINE),
     "descents": (graphs.descent_cases, GRAPH),
     "loop:graphs": (graphs.loop_cases, GRAPH),
-    "loop:labs": (graphs.run_cases, GRAPH),
     "covariances": (graphs.covariance_cases, GRAPH),
     "priors": (graphs.prior_cases, GRAPH),
     "aliases": (sets.alias_cases, LINE),

@@ -29,7 +29,7 @@ SAYS = {
     "robots": "0 of 2 correct and 1 of 1 wrong are rejected",
     "arena": "GNC uses 9 and 0, is 0.27",
     "growing": "was withdrawn at pose 29",
-    "proofs": "all 13 certificates succeed, and it ends in a lost map",
+    "proofs": "all 13 certificates succeed, and yet the map ends lost",
     "priors": "Switches use 13 of 13 inliers and 0 of 10 outliers",
 }
 """What the words below each picture say of the answer, once it is shown."""
