@@ -14,7 +14,7 @@ SAYS = {
     "cycles": "33 of the 99 other edges",
     "leverage": "pulls up with 1.19 (at most 1.19)",
     "kernels": "Estimates: 0.89, 0.62, 0.31, 0.00",
-    "majoriser": "step 13 of 13, cost 3.22 at 0. IRLS has converged",
+    "majoriser": "IRLS ends at 0, among the inliers",
     "basins": "From 8 IRLS ends at 0",
     "annealing": "the run ends at 6.00",
     "hardening": "the cost has 2 minima, and the estimate moves from 0.21",
@@ -71,3 +71,32 @@ def test_the_still_picture_and_the_answer_say_what_the_live_one_says(name, tmp_p
     assert json.loads(unquote(page.url.split("=")[1])) == shown.answer
     page.emulate_media(media="print")
     assert not picture.locator("[data-show]").filter(visible=True).count()
+
+
+@pytest.mark.browser
+@pytest.mark.rest
+@pytest.mark.parametrize(
+    ("name", "handle", "places"),
+    [
+        ("showcase", "place", 52),
+        ("starts", "place", 52),
+        ("majoriser", "start", 84),
+        ("proofs", "wound", 13),
+    ],
+)
+def test_a_reader_paints_by_hand_what_show_it_shows(name, handle, places, tmp_path, open_page):
+    """Each place is tried once, from the first to the last."""
+    shown, path = getattr(pictures, name)(), tmp_path / "page.html"
+    path.write_text(f'<!doctype html><meta charset="utf-8">{shown.static_html()}', "utf-8")
+    page = open_page(path.as_uri(), reduced_motion="reduce").page
+    picture = page.locator(".rs-picture")
+    if name == "starts":
+        picture.locator("[data-control=start-odometry]").click()
+    picture.locator(f"[data-handle={handle}]").focus()
+    for key in [*["PageDown"] * 9, *["ArrowRight"] * places]:
+        page.keyboard.press(key)
+        seen(picture)
+    unfold(picture)
+    picture.locator("[data-control=link]").click()
+    painted = json.loads(unquote(page.url.split("=")[1]))["tried"]
+    assert painted == shown.answer["tried"]

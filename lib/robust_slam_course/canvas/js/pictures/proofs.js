@@ -45,9 +45,11 @@ function drawProofs(scene, view) {
   const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
     ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
   ]);
-  const all = Object.values(data.runs).flat().flatMap(({ steps }) => posesOf(steps, data.unit));
   const key = `map ${width}`;
-  if (!scene.fits.has(key)) scene.fits.set(key, fitMap({ ...left, y: left.y + top, height: left.height - top }, all, 8));
+  if (!scene.fits.has(key)) {
+    const all = Object.values(data.runs).flat().flatMap(({ steps }) => posesOf(steps, data.unit));
+    scene.fits.set(key, fitMap({ ...left, y: left.y + top, height: left.height - top }, all, 8));
+  }
   const fit = scene.fits.get(key);
   putDrive(scene, "ghost", "best", fit, data.best, "is-ghost");
   putDrive(scene, "drive", "map", fit, shown, "is-estimate");
