@@ -13,7 +13,7 @@ SAYS = {
     "opening": "GNC rejects 1",
     "cycles": "33 of the 99 other edges",
     "leverage": "pulls up with 1.19 (at most 1.19)",
-    "kernels": "Estimates: 0.89, 0.62, 0.31, 0.00",
+    "kernels": "Cauchy’s to 0.07 and that of TLS to 0.00",
     "majoriser": "IRLS ends at 0, among the inliers",
     "basins": "From 8 IRLS ends at 0",
     "annealing": "the run ends at 6.00",
