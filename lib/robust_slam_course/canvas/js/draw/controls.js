@@ -66,10 +66,11 @@ function choice(spec, change) {
 }
 
 function words(spec, change) {
-  const buttons = spec.options.map(([value, text]) => htmlElement("button", { type: "button", value, "data-control": text }, text));
-  const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...buttons);
+  const options = spec.options.map(([value, text]) => (
+    htmlElement("button", { value, type: "button", "data-control": text }, text)));
+  const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...options);
   element.addEventListener("click", ({ target }) => target.value && change({ [spec.name]: target.value }));
-  const show = (state) => buttons.forEach((one) => { one.ariaPressed = one.value === state[spec.name]; });
+  const show = (state) => options.forEach((option) => { option.ariaPressed = option.value === state[spec.name]; });
   return { element, show };
 }
 

@@ -1,6 +1,7 @@
 import { certify, connectionMatrix, headingsRow, quadraticCost } from "../solve/certificate.js";
 import { pulledRing } from "../solve/ring.js";
-import { numberText, putAxes, putPath } from "../draw/axes.js";
+import { putAxes, putPath } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";

@@ -1,4 +1,5 @@
-import { numberText, putAxes } from "../draw/axes.js";
+import { putAxes } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { boundedNumber } from "../draw/link.js";
 import { putEndLabels } from "../draw/labels.js";
 import { fitMap } from "../draw/map.js";

@@ -1,4 +1,4 @@
-import { numberText } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { boundedNumber } from "../draw/link.js";
 import { fitMap, putDrive, putEdge } from "../draw/map.js";
