@@ -28,7 +28,7 @@ export function render(context) {
       noise, tried: Math.max(noise, boundedNumber(tried, [0, noises.length - 1], 0, 0)),
     }),
     solve: solveGraduation,
-    height: (width) => (width < WIDE ? 402 : 380),
+    height: (width) => (width < WIDE ? 396 : 380),
     draw: (scene, view) => drawGraduation(scene, view, shapes),
     caption: graduationCaption,
   });

@@ -28,7 +28,7 @@ export function render(context) {
       },
     ],
     main: [context.model.get("data").main],
-    height: (width) => (width < WIDE ? 405 : 380),
+    height: (width) => (width < WIDE ? 392 : 380),
     clean: (state, data) => cleanShowcase(state, data, solved),
     solve: (state, data) => solveShowcase(state, data, solved),
     moving: ({ poses, weights }) => Float64Array.from([...poses, ...weights]),
