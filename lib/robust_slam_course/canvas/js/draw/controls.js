@@ -15,7 +15,8 @@ export function htmlElement(name, attributes = {}, ...children) {
  * reader chose. Returns `{element, show(state, result)}`, which brings the control up to date.
  *
  * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,
- * options [[value, text], …]), `words` (as `choice`, all in sight), `toggle` (name, label), `button` (label, does(state, result) →
+ * options [[value, text], …]), `words` (as `choice`, all in sight), `toggle` (name, label), `button`
+ * (label, does(state, result) →
  * partial) and `player` (name, label, count(state, result), text(value, result), beat), a slider over
  * steps that can play, one in so many ms.
  */

@@ -161,7 +161,9 @@ function putCurveNames(scene, axes, cost, lowest, value) {
 function majoriserCaption({ state, result: { path, cost, parabola } }) {
   const fixed = (x) => numberText(Number(x.toFixed(2)), 4);
   const name = KERNELS[state.kernel].label;
-  if (parabola.lowest === null) return `${name}: at ${fixed(state.start)} every weight is 0, so the majoriser is flat and IRLS stays.`;
+  if (parabola.lowest === null) {
+    return `${name}: at ${fixed(state.start)} every weight is 0, so the majoriser is flat and IRLS stays.`;
+  }
   const end = path.at(-1);
   const where = Math.abs(end) > NEAR_INLIERS ? "away from the inliers" : "among the inliers";
   return `${name}: from ${fixed(state.start)} the first step jumps to ${fixed(parabola.lowest)}, and IRLS ends at`
