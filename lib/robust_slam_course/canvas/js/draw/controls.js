@@ -71,7 +71,8 @@ function words(spec, change) {
     htmlElement("button", { value, type: "button", "data-control": text }, text)));
   const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...options);
   element.addEventListener("click", ({ target }) => target.value && change({ [spec.name]: target.value }));
-  const show = (state) => options.forEach((option) => { option.ariaPressed = option.value === state[spec.name]; });
+  const show = (state) => options.forEach((option) => (
+    option.setAttribute("aria-pressed", String(option.value === state[spec.name]))));
   return { element, show };
 }
 
