@@ -155,6 +155,15 @@ class Session:
                     found[name] = self._request("value", [name])
         return found
 
+    def reached(self) -> dict[str, set[str]]:
+        """Return by name the other names that it depends on, as the student's process says."""
+        names = list(self.program.names)
+        try:
+            told = self._request("reached", [names])
+            return {name: {*told[name]}.intersection(names) for name in names}
+        except (StudentError, SessionFault, LookupError, TypeError):
+            return {}
+
     def close(self) -> None:
         """End the untrusted process and all that it started."""
         running, self._running, self._channel = self._running, None, None

@@ -33,7 +33,6 @@ from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
-    called_by,
     compiled,
     names_read,
     plain_python,
@@ -68,6 +67,10 @@ class Cases:
     """By grade id, of visible cases that failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
+    _reached: dict[str, set[str]] = field(default_factory=dict)
+    """By a name that students define, in the visible pass, the others that it depends on."""
+    _failed: dict[str, None] = field(default_factory=dict)
+    """The exercises of which a case did not pass, in their order."""
 
     def run(self, faults: Endings) -> Iterator[_Event]:
         """Run the cases in order; after a fault the rest of its exercise is lost.
@@ -95,18 +98,23 @@ class Cases:
                 lost[case.exercise] = ending
                 if ending is Ending.TIMEOUT and self.calls is not None:
                     lost |= self._stop_callers(case, lost)
+            if ending is not Ending.PASSED:
+                self._failed[case.exercise] = None
             yield case, ending, error
 
     def _stop_callers(self, hung: Case, lost: Endings) -> Endings:
         """Return the exercises that are stopped, because their code calls what has hung."""
-        slow = set(self.assignment.names_of(hung.exercise))
-        sources = [piece.source for piece in self.session.program.pieces]
         for exercise in self.assignment.exercises:
-            names = self.assignment.names_of(exercise)
-            called = slow & called_by(names, sources)
-            if called and slow.isdisjoint(names) and exercise not in lost:
+            called = self._called(exercise, hung.exercise)
+            if called and exercise not in lost:
                 self.stopped[exercise] = min(called)
         return dict.fromkeys(self.stopped, Ending.TIMEOUT)
+
+    def _called(self, exercise: str, other: str) -> set[str]:
+        """Return the functions of another exercise that one depends on."""
+        mine, theirs = (set(self.assignment.names_of(one)) for one in (exercise, other))
+        found = theirs & {called for name in mine for called in self._reached.get(name, ())}
+        return found if mine.isdisjoint(theirs) else set()
 
     def explain(self, case: Case, ending: Ending, error: Exception | None) -> Told:
         """Say to the student how a case ended in the visible pass.
@@ -115,7 +123,9 @@ class Cases:
         """
         try:
             with self._bounded():
-                return self._explained(case, ending, error)
+                told = self._explained(case, ending, error)
+            guilty = (one for one in self._failed if self._called(case.exercise, one))
+            return told.because(case.exercise, next(guilty, ""))
         except (Exception, SessionFault):
             return wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
 
@@ -202,6 +212,7 @@ class Cases:
         self.session.begin()
         bindings = self.session.bindings()
         if self.calls is not None:
+            self._reached.update(self.session.reached())
             bindings = self.calls.watched(self.trace.watched(bindings))
         notebook.names.update(bindings)
         return notebook.names

@@ -55,6 +55,15 @@ class Told:
         text = clip(before + line, MAX_EXPLAINED)
         return replace(self, message=text, gist=gist, compared=compared)
 
+    def because(self, exercise: str, called: str) -> Told:
+        """Add a line on an exercise that this one calls, where it did not pass."""
+        if not called or self.words is Words.GRADER:
+            return self
+        line = f"\n{exercise} calls {called}, which does not pass: begin there."
+        return replace(
+            self, message=clip(self.message + line, MAX_EXPLAINED), gist=self.gist or self.message
+        )
+
 
 def label(case: Case) -> str:
     """Return the file name that a case's cell is compiled under."""

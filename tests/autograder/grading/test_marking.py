@@ -1,10 +1,12 @@
 """Points need evidence; messages teach; hidden tests give one bit and the hint."""
 
+import ast
 import os
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from robust_slam_autograder.executor import seeds
@@ -219,6 +221,30 @@ def test_what_depends_on_a_function_that_hung_is_stopped(depends):
     assert found.status == ("timeout" if depends else "passed")
     said = "Not run: your code depends on double, which ran longer than it may: begin there."
     assert (found.message == said) is depends
+
+
+def test_what_calls_a_function_that_does_not_pass_says_so():
+    value = toy.answer("def double(x): return 7\n", "def apply(f, x, times): return double(x)\n")
+    said = "apply calls double, which does not pass: begin there."
+    assert said in exercise(toy.graded(value), "apply").message
+    assert said not in exercise(toy.graded(value)).message
+
+
+@pytest.mark.parametrize("body", ["while True: pass", "return x['a']", "return 7"])
+def test_no_text_of_a_students_is_parsed_on_this_side(monkeypatch, body):
+    """Magics make a reader slow: a hang of one exercise had all of them read once more here."""
+    read: list[str] = []
+    parse = ast.parse
+
+    def noted(text: str, *more: Any, **options: Any) -> ast.AST:
+        read.append(text)
+        return parse(text, *more, **options)
+
+    monkeypatch.setattr(ast, "parse", noted)
+    value = toy.answer(f"def double(x):\n    {body}\n", CALLER.format(""), toy.cell("%own\na = 1"))
+    result = toy.graded(value, limited(call_seconds=0.3, cell_seconds=5, notebook_seconds=20))
+    assert exercise(result).status != "passed" and exercise(result, "apply").message
+    assert not [text for text in read if "%own" in text or f"\n    {body}" in text]
 
 
 def test_a_submission_has_its_time_and_no_more():
