@@ -29,6 +29,10 @@ ALONE = (
     "{1} has none for it. Unpack the zip in a new folder, and name that: "
     "autograder check {0} --release FOLDER."
 )
+SEVERAL = (
+    "{0} does not say which assignment it is of, and {1} holds the releases of {2}: name the one, "
+    "as in autograder check {0} --release {1}/{3}."
+)
 ALTERED = "Note: gone from the notebook or changed, but run as they were released: {}."
 NO_TOWN = (
     f"Note: {TOWN} is no whole number in your notebook, so the checks use the data of everybody. "
@@ -84,11 +88,13 @@ def run(
     try:
         cells = notebook.read(path)
         folder, tests = _released(path, release)
+        code = submission.collect(cells, tests)
+        if code.foreign:
+            raise Refused(code.foreign)
     except Refused as error:
         raise WrongUse(str(error)) from error
     known = tables.read(folder / tables.FILE)
     print(f"Checking {given}: the visible cases of {tests.name}.")
-    code = submission.collect(cells, tests)
     lines = _Lines(tests, hints or 0)
     mine = marking.Whose("", tests, code, town=_typed_town(cells, tests))
     wall = sandbox.choose(unsandboxed=True)
@@ -156,4 +162,6 @@ def _released(path: Path, release: Path | None) -> tuple[Path, Assignment]:
     for folder in (top, top / path.parent.name, *reversed(beside)):
         if (tests := assignments.released(folder)) is not None:
             return folder, tests
-    raise WrongUse(ALONE.format(path.name, top))
+    there = [one.name for one in sorted(top.glob("*/")) if assignments.released(one) is not None]
+    which = SEVERAL.format(path.name, top, ", ".join(there), *there[:1]) if there else ""
+    raise WrongUse(which or ALONE.format(path.name, top))

@@ -144,7 +144,7 @@ def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbo
 
 def _folder_of_students(job: Job) -> Path:
     """Return the folder of students' work: a student's own path may be a link to anywhere."""
-    is_notebook = job.path.suffix == submissions.NOTEBOOK
+    is_notebook = submission.is_notebook(job.path.name)
     return job.path.parent if is_notebook else job.path.parents[1]
 
 

@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
     replaced = f", in place of {tidy(change.before):+}" if change.before else ""
     print(
         f"{one_line(options.student)}/{name}, {options.exercise}: {tidy(change.by_tests)} by the "
-        f"tests, {change.after:+} by hand{replaced}: {now} of {tidy(change.max_score)} points. "
-        f"The assignment has {change.total} of {change.total_max}. "
+        f"tests, {change.after:+} by hand{replaced}: {now}/{tidy(change.max_score)} points. "
+        f"The assignment has {change.total}/{change.total_max}. "
         "`autograder feedback` and `report` bring the pages up to date."
     )
     return 0

@@ -275,6 +275,8 @@ def grade_task(
     try:
         cells = handed.cells()
         code = submission.collect(cells, job.assignment)
+        if code.foreign:
+            raise Refused(code.foreign)
         code = replace(code, notes=handed.notes + code.notes)
         whose = Whose(job.student, job.assignment, code, task.town)
         if task.seen is None:

@@ -124,8 +124,8 @@ class Cases:
         try:
             with self._bounded():
                 told = self._explained(case, ending, error)
-            guilty = (one for one in self._failed if self._called(case.exercise, one))
-            return told.because(case.exercise, next(guilty, ""))
+            guilty = [one for one in self._failed if self._called(case.exercise, one)]
+            return told.beside(*(wording.CALLS.format(case.exercise, one) for one in guilty[:1]))
         except (Exception, SessionFault):
             return wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
 

@@ -23,6 +23,7 @@ MAX_EXPLAINED = 1_200
 UNEXPLAINED = "A check of this case did not pass."
 NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
 LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
+CALLS = "\n{} calls {}, which does not pass: begin there."
 STOPPED = "Not run: your code depends on {}, which ran longer than it may: begin there."
 NO_HINT = "A hidden check of this case did not pass."
 _NOT_RUN = "; the rest of this exercise was not run."
@@ -55,11 +56,10 @@ class Told:
         text = clip(before + line, MAX_EXPLAINED)
         return replace(self, message=text, gist=gist, compared=compared)
 
-    def because(self, exercise: str, called: str) -> Told:
-        """Add a line on an exercise that this one calls, where it did not pass."""
-        if not called or self.words is Words.GRADER:
+    def beside(self, line: str = "") -> Told:
+        """Add a line that looks elsewhere, where the message is not the grader's own."""
+        if not line or self.words is Words.GRADER:
             return self
-        line = f"\n{exercise} calls {called}, which does not pass: begin there."
         return replace(
             self, message=clip(self.message + line, MAX_EXPLAINED), gist=self.gist or self.message
         )

@@ -171,6 +171,8 @@ class Matching:
     """Students who have handed something in and are not on the roster."""
     doubled: Mapping[int, tuple[str, ...]]
     """By line students whose names are equal after Unicode normalisation: they have no mark."""
+    left_out: Mapping[str, str]
+    """Notebooks that may be anybody's, with the assignment that they are of, or nothing."""
 
     @property
     def likely(self) -> str:
@@ -190,11 +192,18 @@ class Matching:
     def cell(self, row: Row, column: Column, *, zero: bool) -> str | None:
         """Return what a line says of an assignment: a mark, with ``zero`` 0, or None for nothing.
 
-        No one has a 0 while there are strangers: a stranger's work may be theirs.
+        No one has a 0 while there is work that may be theirs.
         """
         if mark := self.mark(row, column):
             return str(mark.after)
-        return "0" if zero and not self.strangers and self._is_absent(row, column) else None
+        return "0" if zero and not self.unclear(column) and self._is_absent(row, column) else None
+
+    def unclear(self, column: Column) -> str:
+        """Say whose work in an assignment may be that of those who have none; empty for nobody's."""
+        if self.strangers:
+            return "those who are not on the roster may be among them"
+        lost = [one_line(one) for one, of in self.left_out.items() if of in ("", column.name)]
+        return f"what collect left out may be theirs ({', '.join(lost)})" if lost else ""
 
     def _is_absent(self, row: Row, column: Column) -> bool:
         """Whether no work is known, and none whose mark is not known."""
@@ -206,7 +215,7 @@ class Matching:
         return [name for name, row in self.students.items() if self._is_absent(row, column)]
 
 
-def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
+def match(ledger: Ledger, students: Mapping[str, Row], left_out: Mapping[str, str]) -> Matching:
     """Find each student, as the submissions' folders are named, among lines from ``by_key``."""
     named = [student for column in ledger.columns for student in column.marks]
     found: dict[int, list[str]] = {}
@@ -219,7 +228,7 @@ def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
             found.setdefault(row.line, []).append(student)
     owners = {line: same[0] for line, same in found.items() if len(same) == 1}
     doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
-    return Matching(ledger, students, owners, tuple(strangers), doubled)
+    return Matching(ledger, students, owners, tuple(strangers), doubled, left_out)
 
 
 def _number(name: str) -> str:

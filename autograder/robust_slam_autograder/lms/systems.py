@@ -95,7 +95,7 @@ def _refuse_other_points(roster: Roster, values: Values) -> None:
     for row in (row for row in roster.rows if POINTS in row.cells[0]):
         for column in known:
             there = row.cells[values.places[column.name]].strip()
-            if there and _number(there) != column.max_score:
+            if there and column.max_score and _number(there) != column.max_score:
                 raise WrongUse(
                     f"{roster.path}:{row.line}: Canvas has {column.name} out of {there}, its "
                     f"tests are out of {column.max_score}: set its points in Canvas to that, "

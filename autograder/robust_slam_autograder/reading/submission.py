@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import unicodedata
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -23,8 +24,13 @@ from robust_slam_autograder.reading.source import defines
 OWN = "own cell"
 FENCE = "```"
 """Begins code that is quoted in a text."""
+ANOTHER = (
+    "Nothing in this notebook is of {0}, so it may be another assignment's: hand in the notebook "
+    "of {0}, with its cells."
+)
 TURN_BACK = " and was read as code: select it, press Esc and Y, and it is code again."
 MOVE_OUT = ": it counts, but a cell above the check is the place for it."
+_HALF = re.compile(r"\s*^[ \t]+\S(?:.*\n)*?[ \t]+return\b", re.MULTILINE)
 KINDS = {"markdown": "a Markdown cell", "raw": "a raw cell"}
 MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
@@ -45,6 +51,8 @@ class Submission:
     altered: tuple[str, ...] = ()
     """Grade ids of cases that do not stand in the notebook's code as they were released."""
     python: tuple[int, int] | None = None
+    foreign: str = ""
+    """Why it is rather another assignment's: there is code, and nothing of this one's."""
 
 
 def collect(cells: Notebook, assignment: Assignment) -> Submission:
@@ -72,7 +80,10 @@ def collect(cells: Notebook, assignment: Assignment) -> Submission:
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
     found = {key for key, check in tests.items() if any(f"\n{check}\n" in text for text in code)}
     altered = tuple(key for key, check in tests.items() if check and key not in found)
-    return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python)
+    ids = {cell.grade_id for cell in cells} & {cell.grade_id for cell in assignment.marked}
+    foreign = len(missing) == len(assignment.solutions) and not ids and pieces
+    why = ANOTHER.format(assignment.name) if foreign else ""
+    return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python, why)
 
 
 def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:
@@ -121,6 +132,8 @@ def _notes(
     for grade_id, count in Counter(owned.values()).items():
         if ids.count(grade_id) > 1:
             yield f"{grade_id} stands in {count} cells: they ran in order."
+    if any(cell.kind == "code" and _HALF.match(cell.source) for cell in cells):
+        yield "A cell begins inside of a function, as one does that was split: merge its halves."
     for one in assignment.solutions:
         if one.grade_id not in ids:
             place = "not found" if one.grade_id in missing else "found by its function's name"
@@ -147,6 +160,21 @@ def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
     return [tuple(sorted(names)) for names in groups.values() if len(names) > 1]
 
 
+def is_notebook(path: str) -> bool:
+    """Tell a notebook by its path; hidden are copies of Jupyter's, and what macOS puts beside."""
+    parts = re.split(r"[/\\]", path)
+    return path.lower().endswith(".ipynb") and not any(part.startswith(".") for part in parts)
+
+
+def notebooks(folder: Path) -> list[Path]:
+    """Return the notebooks in a folder, sorted.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    return sorted(path for path in folder.iterdir() if is_notebook(path.name))
+
+
 def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """Find the notebook that a folder ``submitted/<student>/<assignment>/`` hands in.
 
@@ -158,9 +186,7 @@ def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """
     right = folder / f"{name}.ipynb"
     try:
-        # macOS puts a file ._NAME beside each file of an archive.
-        plain = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-        found = [path for path in plain if path.suffix == ".ipynb"]
+        found = notebooks(folder)
     except OSError as error:
         raise Refused(f"The folder cannot be read ({error.strerror}).") from error
     if right in found:

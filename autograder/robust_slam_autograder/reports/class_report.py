@@ -240,7 +240,7 @@ class Report:
     misconceptions: tuple[tuple[Misconception, tuple[Named, ...]], ...]
     """What wrong answers look like, and whose they are; without names no one is there."""
     unlabelled: tuple[tuple[Unlabelled, tuple[Named, ...]], ...]
-    """Wrong answers that return the same, and that no label fits."""
+    """Wrong answers that return the same, and that have no label."""
     time: Time | None
     attention: tuple[Kind, ...]
     """Submissions that somebody should look at, the most pressing first."""

@@ -370,6 +370,7 @@ class TestEngine:
         fake = Fake({"tcp://a:1": 1})
 
         def answer(worker: str, task: int) -> Any:
+            assert len(fake.sent) < 50, "a task is sent again for ever"
             if task == 0:
                 fake.threads[f"tcp://a:{len(fake.sent) + 1}"] = 1
                 return "dies"

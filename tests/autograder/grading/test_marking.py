@@ -230,6 +230,15 @@ def test_what_calls_a_function_that_does_not_pass_says_so():
     assert said not in exercise(toy.graded(value)).message
 
 
+@pytest.mark.parametrize("fields", [{}, {"grade_id": "double", "solution": True}])
+def test_a_cell_that_was_split_inside_of_a_function_is_told_as_that(fields):
+    value = toy.answer("def double(x):\n    y = 2 * x\n")
+    value["cells"].insert(2, toy.cell("\n    y = y + 0\n    return y\n\nz = 1\n", **fields))
+    assert "A cell begins inside of a function" in toy.graded(value).reason
+    assert "was a cell split inside of it?" in exercise(grade("def double(x):\n")).message
+    assert not grade("x = 1\ndef double(x):\n    return 2 * x\n").reason
+
+
 @pytest.mark.parametrize("body", ["while True: pass", "return x['a']", "return 7"])
 def test_no_text_of_a_students_is_parsed_on_this_side(monkeypatch, body):
     """Magics make a reader slow: a hang of one exercise had all of them read once more here."""
