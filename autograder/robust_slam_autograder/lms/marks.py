@@ -62,7 +62,7 @@ class Ledger:
 
     columns: tuple[Column, ...]
     ungraded: tuple[Result, ...]
-    """Of submissions on which the grader failed, which have no mark, and of those that it refused."""
+    """What the grader failed on, which has no mark, and what it refused."""
 
     @functools.cached_property
     def lost(self) -> frozenset[tuple[str, str]]:
