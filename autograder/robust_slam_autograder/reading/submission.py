@@ -80,7 +80,8 @@ def collect(cells: Notebook, assignment: Assignment) -> Submission:
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
     found = {key for key, check in tests.items() if any(f"\n{check}\n" in text for text in code)}
     altered = tuple(key for key, check in tests.items() if check and key not in found)
-    ids = {cell.grade_id for cell in cells} & {cell.grade_id for cell in assignment.marked}
+    asked = [one.grade_id for one in assignment.marked if one.grade or one.solution or one.task]
+    ids = {cell.grade_id for cell in cells}.intersection(asked)
     foreign = len(missing) == len(assignment.solutions) and not ids and pieces
     why = ANOTHER.format(assignment.name) if foreign else ""
     return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python, why)

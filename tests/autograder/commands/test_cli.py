@@ -282,7 +282,8 @@ class TestCheck:
 
     def test_another_assignments_notebook_is_no_wrong_answer(self, course, check, autograder):
         """Nor is it one in the grade, where it was marked 0 without a word."""
-        other = toy.notebook([toy.cell("def triple(x): pass", "triple", solution=True)])
+        triple = toy.cell("def triple(x): pass", "triple", solution=True)
+        other = toy.notebook([toy.cell(toy.SETUP, "setup", locked=True), triple])
         status, _, err = check(other)
         assert status == 2 and "Nothing in this notebook is of" in err
         handed = toy.hand_in(course / "submitted", "bo", other)

@@ -152,6 +152,8 @@ ADA = CANVAS.replace(",ada,", ",00Ada,")
         (ADA, ["--missing-as-zero"], 1, "capitals differ: ada as 00Ada", ["", "4", "7"]),
         (ELSE, [], 0, "new columns, because the roster has none", ["15", "4", ""]),
         (ELSE, ["--column", "07-toy=Else (881)"], 0, "", ["15", "4", "7"]),
+        (CANVAS.replace(",ada,", ",ada\u3000,"), [], 0, "", ["15", "4", "7"]),
+        (CANVAS.replace(",20,", ',"0020,00",'), [], 0, "", ["15", "4", "7"]),
     ],
 )
 def test_each_student_has_the_mark_that_there_is(
@@ -201,6 +203,12 @@ def test_nobody_has_a_zero_whose_notebook_collect_may_have_left_out(course, expo
     file.write_text(file.read_text().replace(toy.NAME, "08-other"))
     assert export("canvas", CANVAS, "--missing-as-zero")[0] == 0
     assert column(course) == ["15", "4", "0"]
+
+
+def test_a_column_that_canvas_would_pass_over_is_named(course, export):
+    named = ("--column", "07-toy=Final Grade of toys (881)")
+    status, _, err = export("canvas", CANVAS.replace("The toy", "Final Grade of toys"), *named)
+    assert status == 2 and "Canvas passes over every column like 'Final Grade of toys" in err
 
 
 def test_what_a_person_gave_counts_and_what_waits_is_told(course, export):
@@ -304,6 +312,7 @@ class TestLate:
         ("canvas", "SIS Login ID", "Login", "roster.csv:1: there is no column 'SIS Login ID'"),
         ("canvas", ",gone,", ",ada,", "roster.csv:6: 'ada' stands in line 4 already"),
         ("canvas", "Possible,,,,,,20", "Possible,,,,,,100", "roster.csv:3: Canvas has 07-toy out"),
+        ("canvas", "Possible,,,,,,20", 'Possible,,,,,,"1,020.0"', "07-toy out of 1,020.0, its"),
         ("canvas", "Notes", "The toy (882)", "'The toy (882)' and 'The toy (881)' may both be"),
         ("canvas", ",13,s3,gone", ",,s3,=gone", "roster.csv:6: SIS Login ID '=gone' begins as"),
         ("moodle", ",gone,", ",-gone,", "roster.csv:4: Email address '-gone' begins as a formula"),
