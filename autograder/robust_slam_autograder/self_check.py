@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robust_slam_autograder import sandbox
@@ -17,7 +17,7 @@ from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
-from robust_slam_autograder.misconceptions.shapes import Shape
+from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import TOWN, Assignment
@@ -93,16 +93,11 @@ def run(
             raise Refused(code.foreign)
     except Refused as error:
         raise WrongUse(str(error)) from error
-    known = tables.read(folder / tables.FILE)
     print(f"Checking {given}: the visible cases of {tests.name}.")
-    lines = _Lines(tests, hints or 0)
+    lines = _Lines(tests, tables.read(folder / tables.FILE), hints or 0)
     mine = marking.Whose("", tests, code, town=_typed_town(cells, tests))
     wall = sandbox.choose(unsandboxed=True)
-
-    def label(exercise: str, shape: Shape) -> str:
-        return tables.sentence(known.get(exercise, {}), shape.keys())
-
-    result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
+    result = marking.look(mine, sandbox=wall, report=lines.write).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
     more = max((len(tests.config.hints.get(one, ())) for one in lines.failed), default=0)
@@ -115,14 +110,15 @@ def run(
 class _Lines:
     """A line for each exercise as it ends; on a terminal also the name of the one that runs."""
 
-    def __init__(self, tests: Assignment, hints: int) -> None:
-        self._tests, self._hints = tests, hints
+    def __init__(self, tests: Assignment, labels: Mapping[str, Table], hints: int) -> None:
+        self._tests, self._labels, self._hints = tests, labels, hints
         self._left, self.failed = list(tests.exercises), list[str]()
         self._out = sys.stdout  # while tests run, what they print goes nowhere
         self._say_next()
 
     def write(self, exercise: ExerciseResult) -> None:
         name, tests = exercise.name, self._tests
+        exercise = tables.named(exercise, self._labels.get(name, {}))
         self._left.remove(name)
         if exercise.status != "passed":
             self.failed.append(name)

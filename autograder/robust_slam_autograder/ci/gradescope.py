@@ -20,11 +20,11 @@ from typing import Any
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal, tasks
-from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.grading.verdicts import MEANINGS
 from robust_slam_autograder.markup import visible
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 
 SEED_NAME = "seed"
@@ -75,7 +75,7 @@ def _grade(root: Path) -> Result:
             wall=wall,
             workers=1,
             report=lambda item: None,
-            naming=Namer(root / "source" / LABELS_NAME),
+            naming=tables.namer(root / "source" / LABELS_NAME),
         )
         return graded.load()
 

@@ -20,11 +20,10 @@ from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import allowed, batch, durable, progress, remote
 from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import open_journal
-from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.markup import log_line
-from robust_slam_autograder.misconceptions import known
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
@@ -111,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=at_once,
                 report=lambda graded: step(),
                 graders=found,
-                naming=Namer(options.misconceptions),
+                naming=tables.namer(options.misconceptions),
             )
         marks = [item.load() for item in graded]
         recording.record_new(gradebook, journal, jobs, marks, wall)
@@ -123,7 +122,7 @@ def _warn_of_old_labels(jobs: Sequence[Job], folder: Path) -> None:
     """Say where labels were made for other tests, and none are given."""
     for name, tests in sorted({(job.assignment.name, job.tests) for job in jobs}):
         there = (folder / f"{name}.json").is_file()
-        if there and known.read(folder, name, tests) is None:
+        if there and tables.read_made(folder, name, tests) is None:
             print(
                 f"note: {name} has other tests than when its misconceptions were looked for: "
                 "run autograder misconceptions again to have wrong answers named.",

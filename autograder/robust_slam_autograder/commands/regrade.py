@@ -10,8 +10,8 @@ from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
-from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.regrading import Plan, Trial
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reports import changes
 from robust_slam_autograder.reports.changes import Regrade
 
@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=at_once,
                 report=step,
                 graders=graders,
-                naming=Namer(options.misconceptions),
+                naming=tables.namer(options.misconceptions),
             )
         found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:

@@ -24,7 +24,6 @@ from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.marking import Step, Whose
-from robust_slam_autograder.grading.naming import Naming, nameless
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.tasks import Fingerprints, Job, Task
 from robust_slam_autograder.grading.waiting import Waiting
@@ -83,6 +82,15 @@ class Graded:
     def load(self) -> Result:
         """Read the result from its file."""
         return results.read(self.path)
+
+
+Naming = Callable[[Job, Result], Result]
+"""Names what the visible pass over a submission has found wrong."""
+
+
+def nameless(job: Job, result: Result) -> Result:
+    """Name nothing."""
+    return result
 
 
 @contextlib.contextmanager
@@ -151,10 +159,10 @@ def grade(
     at_once = min(workers, len(due))
     kept = Waiting(out / WAITING_NAME)
     run_pass = functools.partial(graders, terms)
-    with closing(_grade_all(due, prints, kept, run_pass, at_once, naming)) as graded:
+    with closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
         for task, marked in graded:
             run.forget(task.job.key)
-            path = results.write(out, marked.result)
+            path = results.write(out, naming(task.job, marked.result))
             if marked.result.status != "failed":
                 run.remember(task.job.key, task.fingerprint)
             done[task.job.key] = Graded(path, marked.result.status, reused=False)
@@ -184,7 +192,6 @@ def _grade_all(
     waiting: Waiting,
     run_pass: _RunPass,
     at_once: int,
-    naming: Naming,
 ) -> Generator[tuple[Task, Marked], None, None]:
     """Grade submissions in two rounds: all visible passes first, and only then hidden ones.
 
@@ -201,11 +208,10 @@ def _grade_all(
                 yield task
 
     for task, marked in _round(unseen(), waiting, run_pass, at_once):
-        named = naming(task.job, marked)
-        if named.is_whole:
-            yield task, named
+        if marked.is_whole:
+            yield task, marked
         else:
-            waiting.put(replace(task, seen=named))
+            waiting.put(replace(task, seen=marked))
             seen.append(task.job)
     yield from _round(map(waiting.get, seen), waiting, run_pass, at_once)
 

@@ -11,7 +11,7 @@ import os
 import signal
 import types
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
@@ -23,13 +23,10 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     shows_answers,
 )
-from robust_slam_autograder.grading import causes, explain, pythons, wording
+from robust_slam_autograder.grading import causes, explain, pythons, returned, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
-from robust_slam_autograder.misconceptions import shapes
-from robust_slam_autograder.misconceptions.prints import Trace
-from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
@@ -61,10 +58,6 @@ class Cases:
     """Calls of the student's functions, recorded in the visible pass alone."""
     python: tuple[int, int] | None = None
     """The student's own, where the notebook says it."""
-    trace: Trace = field(default_factory=Trace)
-    """What the student's functions returned in the case that runs, in the visible pass alone."""
-    seen: dict[str, Seen] = field(default_factory=dict)
-    """By grade id, of visible cases that failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
     _reached: dict[str, set[str]] = field(default_factory=dict)
@@ -121,13 +114,18 @@ class Cases:
 
         What is explained came from student code, so the explanation itself may fail.
         """
+        seen: tuple[str, ...] | None = None if case.has_town or ending is Ending.PASSED else ()
         try:
             with self._bounded():
+                if seen is not None and ending is Ending.FAILED and self.calls is not None:
+                    raised = isinstance(error, StudentError)
+                    seen = returned.digests(self.calls.made, raised=raised)
                 told = self._explained(case, ending, error)
             guilty = [one for one in self._failed if self._called(case.exercise, one)]
-            return told.beside(*(wording.CALLS.format(case.exercise, one) for one in guilty[:1]))
+            told = told.beside(*(wording.CALLS.format(case.exercise, one) for one in guilty[:1]))
         except (Exception, SessionFault):
-            return wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
+            told = wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
+        return replace(told, returned=seen)
 
     @contextlib.contextmanager
     def _bounded(self) -> Iterator[None]:
@@ -213,7 +211,7 @@ class Cases:
         bindings = self.session.bindings()
         if self.calls is not None:
             self._reached.update(self.session.reached())
-            bindings = self.calls.watched(self.trace.watched(bindings))
+            bindings = self.calls.watched(bindings)
         notebook.names.update(bindings)
         return notebook.names
 
@@ -244,7 +242,6 @@ class Cases:
         namespace["rng"] = case_generator(self.seed, case.grade_id)
         if self.calls is not None:
             self.calls.begin(wording.label(case), namespace)
-            self.trace.begin()
         before = dict(namespace)
         try:
             with self._bounded():
@@ -255,21 +252,11 @@ class Cases:
             if isinstance(error, MemoryError):
                 namespace.clear()  # what the test gathered is not to cost the cases that follow
                 namespace.update(before)
-            ending = known or self._ending(case)
-            if ending is Ending.FAILED:
-                self._note(case)
-            return ending, None if known else error
+            return known or self._ending(case), None if known else error
         if known or session.fault is None:
             return known or Ending.PASSED, None
         # A test may have swallowed the fault with a bare except.
         return Ending(session.fault.kind), None
-
-    def _note(self, case: Case) -> None:
-        """Note what a visible case saw that failed, as far as it can be compared."""
-        if self.calls is None:
-            return
-        with contextlib.suppress(Exception, SessionFault), self._bounded():
-            self.seen[case.grade_id] = shapes.seen_by(self.trace)
 
     def _ending(self, case: Case) -> Ending:
         """Say how a case ended whose test raised."""

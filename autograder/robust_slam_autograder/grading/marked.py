@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.misconceptions.shapes import Shape
 
 
 @dataclass(frozen=True)
@@ -22,8 +20,6 @@ class Marked:
     """How much of the whole submission's limit is used up."""
     skip: tuple[int, ...] = ()
     """Cells of the student's that hung or died, by their number in the program."""
-    shapes: Mapping[str, Shape] = field(default_factory=dict)
-    """By exercise, what its failed visible cases saw, where a label may fit."""
 
     @property
     def is_whole(self) -> bool:

@@ -30,15 +30,12 @@ from robust_slam_autograder.grading.results import (
     tidy,
 )
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
-from robust_slam_autograder.misconceptions.shapes import Seen, Shape
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
 
 Report = Callable[[ExerciseResult], None]
 """Called with each exercise as it ends."""
-Label = Callable[[str, Shape], str]
-"""Says what the failed cases of an exercise look like; empty where that is not known."""
 Shown = Mapping[str, CaseResult]
 """By grade id how a case went in the visible pass."""
 
@@ -60,7 +57,6 @@ def look(
     sandbox: Sandbox,
     run: guarded.Run[Step] = guarded.plain,
     report: Report | None = None,
-    label: Label | None = None,
 ) -> Marked:
     """Run what students can see, and explain what fails.
 
@@ -69,7 +65,6 @@ def look(
         sandbox: where student code runs.
         run: what runs the test cells.
         report: called with each exercise as it ends.
-        label: says what an exercise looks like that is reported.
 
     Raises:
         GraderFailure: the sandbox or the instructor's set-up cells do not work.
@@ -80,11 +75,7 @@ def look(
     for case, step in one.steps():
         seen[case.grade_id] = _case(case, step.ending, step.told)
         if report is not None and last[case.exercise] == case.grade_id:
-            ended = _exercise(case.exercise, whose, seen, {})
-            shape = one.shapes.get(case.exercise)
-            if label is not None and shape is not None:
-                ended = replace(ended, misconception=label(case.exercise, shape))
-            report(ended)
+            report(_exercise(case.exercise, whose, seen, {}))
     return one.marked(seen, {}, " ".join(whose.submission.notes), 0)
 
 
@@ -113,19 +104,7 @@ def finish(
     one.skip, one.seconds = frozenset(before.skip), before.seconds
     one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
     endings = {case.grade_id: step.ending for case, step in one.steps()}
-    found = one.marked(seen, endings, before.result.reason, before.result.seconds)
-    result = replace(found.result, exercises=_as_named(found.result, before.result))
-    return replace(found, result=result)
-
-
-def _as_named(result: Result, before: Result) -> tuple[ExerciseResult, ...]:
-    """Return exercises with the labels that they have had before."""
-    labels = {one.name: (one.misconception, one.pattern) for one in before.exercises}
-    return tuple(
-        replace(one, misconception=said, pattern=pattern)
-        for one in result.exercises
-        for said, pattern in [labels.get(one.name, ("", ""))]
-    )
+    return one.marked(seen, endings, before.result.reason, before.result.seconds)
 
 
 @dataclass(frozen=True)
@@ -137,8 +116,6 @@ class Step:
     told: Told
     skip: frozenset[int]
     seconds: float
-    seen: Seen | None = None
-    """What a visible case saw, where it failed by that."""
 
 
 @dataclass
@@ -147,7 +124,6 @@ class _Pass:
 
     Attributes:
         faults: cases that are known to hang or die.
-        shapes: by exercise, what its failed visible cases saw.
         skip: cells of the student's that hung or died: they are left out.
         seconds: how much of the submission's limit is used up.
     """
@@ -160,7 +136,6 @@ class _Pass:
     faults: Endings = field(default_factory=dict)
     skip: frozenset[int] = frozenset()
     seconds: float = 0.0
-    shapes: dict[str, Shape] = field(default_factory=dict)
     _doubtful: bool = False
     _overran: bool = False
     _start: float = field(default_factory=time.monotonic)
@@ -186,9 +161,8 @@ class _Pass:
             except Overrun:
                 for case in self._ended(list(cases.values())[reached], known):
                     known[case.grade_id] = Ending.TIMEOUT
-                    told = wording.own(FAULT_SENTENCES[Ending.TIMEOUT])
+                    told = replace(wording.own(FAULT_SENTENCES[Ending.TIMEOUT]), returned=())
                     step = Step(case.grade_id, Ending.TIMEOUT, told, self.skip, self.seconds)
-                    self._fail(case, Seen())
                     yield case, step
 
     def _run_cases(self, known: Endings) -> Iterator[Step]:
@@ -210,8 +184,7 @@ class _Pass:
                 if ending.is_fault:
                     told = lost.setdefault(case.exercise, told)
                 skip = frozenset(session.skip)
-                seen = cases.seen.get(case.grade_id)
-                yield Step(case.grade_id, ending, told, skip, used + total.used(), seen)
+                yield Step(case.grade_id, ending, told, skip, used + total.used())
 
     def _note(self, case: Case, step: Step) -> None:
         """Note where a case ended by a limit that a busy machine may be to blame for."""
@@ -220,13 +193,6 @@ class _Pass:
         lost = {key.rpartition("-")[0] for key in self.faults}
         self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
         self.skip, self.seconds = step.skip, step.seconds
-        if step.ending is not Ending.PASSED:
-            self._fail(case, step.seen or Seen())
-
-    def _fail(self, case: Case, seen: Seen) -> None:
-        """Note what a case saw that failed; a student's own data tell nothing of others'."""
-        if self.is_visible and not case.has_town:
-            self.shapes.setdefault(case.exercise, Shape()).failed[case.grade_id] = seen
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.
@@ -258,7 +224,7 @@ class _Pass:
         )
         doubtful = self._doubtful and not self._overran
         skip = tuple(sorted(self.skip))
-        return Marked(result, doubtful, round(self.seconds, 3), skip, self.shapes)
+        return Marked(result, doubtful, round(self.seconds, 3), skip)
 
     @contextlib.contextmanager
     def _session(self, total: Deadline) -> Iterator[Session]:

@@ -16,7 +16,6 @@ from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import batch, results, tasks
 from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
-from robust_slam_autograder.grading.naming import Naming, nameless
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.reading import assignment as assignments
@@ -134,7 +133,7 @@ def attempt(
     workers: int,
     report: Callable[[], None],
     graders: Graders,
-    naming: Naming = nameless,
+    naming: batch.Naming = batch.nameless,
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 

@@ -42,6 +42,7 @@ class Told:
     gist: str = ""
     raised: str = ""
     compared: Compared | None = None
+    returned: tuple[str, ...] | None = None
 
     def further(self, line: str, compared: Compared | None = None) -> Told:
         """Add a line that explains the message, which begins with its line break.

@@ -199,7 +199,7 @@ class Matching:
         return "0" if zero and not self.unclear(column) and self._is_absent(row, column) else None
 
     def unclear(self, column: Column) -> str:
-        """Say what work may be that of those who have none; empty for nobody's."""
+        """Say what work may be that of those who have none; empty for no one's."""
         if self.strangers:
             return "those who are not on the roster may be among them"
         lost = [one_line(one) for one, of in self.left_out.items() if of in ("", column.name)]

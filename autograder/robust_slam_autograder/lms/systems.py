@@ -76,8 +76,8 @@ def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
     """Yield the lines of the file to import.
 
     Raises:
-        WrongUse: Canvas has an assignment out of other points or passes it over, or a student without an ID
-            has a login that is guarded, by which it would not be found.
+        WrongUse: Canvas has an assignment out of other points, or passes it over, or a student
+            without an ID has a login that is guarded, by which it would not be found.
     """
     people = _canvas_people(roster)
     _refuse_other_points(roster, values)

@@ -22,8 +22,8 @@ from traitlets import Bool, Enum, Unicode
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
 from robust_slam_autograder.grading import allowed, batch, journal, tasks
-from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
@@ -56,7 +56,7 @@ class SafeExporter(NotebookExporter):
         super().__init__(**options)  # type: ignore[no-untyped-call]
         self._course = self._converter.coursedir
         self._results = Path(self._course.root) / self.results_directory
-        self._naming = Namer(Path(self._course.root) / layout.MISCONCEPTIONS)
+        self._naming = tables.namer(Path(self._course.root) / layout.MISCONCEPTIONS)
         try:
             self._prepare()
         except AutograderError as error:

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robust_slam_autograder.grading import batch, journal
-from robust_slam_autograder.grading.batch import Graded, Graders
-from robust_slam_autograder.grading.naming import Naming, nameless
+from robust_slam_autograder.grading.batch import Graded, Graders, Naming, nameless
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
