@@ -95,9 +95,9 @@ def run(
         raise WrongUse(str(error)) from error
     print(f"Checking {given}: the visible cases of {tests.name}.")
     lines = _Lines(tests, tables.read(folder / tables.FILE), hints or 0)
-    mine = marking.Whose("", tests, code, town=_typed_town(cells, tests))
+    town = _typed_town(cells, tests)
     wall = sandbox.choose(unsandboxed=True)
-    result = marking.look(mine, sandbox=wall, report=lines.write).result
+    result = marking.look("", tests, code, town, sandbox=wall, report=lines.write).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
     more = max((len(tests.config.hints.get(one, ())) for one in lines.failed), default=0)

@@ -184,8 +184,8 @@ def test_check_passes_what_the_visible_cases_of_the_grade_pass(
     graded = answers.load(name)
 
     def grade(value: dict[str, Any]) -> dict[str, bool]:
-        whose = marking.Whose("a", graded, toy.submission(value, graded))
-        return passed(marking.look(whose, sandbox=BareFork()).result)
+        code = toy.submission(value, graded)
+        return passed(marking.look("a", graded, code, sandbox=BareFork()).result)
 
     value = json.loads(written(name, released, wrong))
     before = grade(value)

@@ -21,7 +21,7 @@ from robust_slam_autograder.grading import allowed, batch, durable, progress, re
 from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
@@ -118,7 +118,7 @@ def run(options: argparse.Namespace) -> int:
     return 1 if any(item.status == "failed" for item in graded) else 0
 
 
-def _warn_of_old_labels(jobs: Sequence[Job], folder: Path) -> None:
+def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
     """Say where labels were made for other tests, and none are given."""
     for name, tests in sorted({(job.assignment.name, job.tests) for job in jobs}):
         there = (folder / f"{name}.json").is_file()
@@ -130,7 +130,7 @@ def _warn_of_old_labels(jobs: Sequence[Job], folder: Path) -> None:
             )
 
 
-def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbox) -> None:
+def refuse_unsafe(jobs: Sequence[Submission], options: argparse.Namespace, wall: Sandbox) -> None:
     """Refuse to grade where student code could read what it must not.
 
     Raises:
@@ -141,7 +141,7 @@ def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbo
     allowed.refuse_unsafe([job.assignment for job in jobs], folders, wall)
 
 
-def _folder_of_students(job: Job) -> Path:
+def _folder_of_students(job: Submission) -> Path:
     """Return the folder of students' work: a student's own path may be a link to anywhere."""
     is_notebook = submission.is_notebook(job.path.name)
     return job.path.parent if is_notebook else job.path.parents[1]
@@ -205,7 +205,7 @@ def _counts(graded: Sequence[Graded]) -> str:
     )
 
 
-def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Job]:
+def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Submission]:
     # Not resolve(): a link must not choose the student.
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths))
     for path in submissions.missing(paths):
@@ -225,7 +225,7 @@ def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list
     for sentence in sentences:
         print(f"left out: {sentence}", file=sys.stderr)
     load = functools.cache(lambda name: _load(options.solutions / name))
-    return [Job(claim.student, *load(claim.assignment), claim.path) for claim in claims]
+    return [Submission(claim.student, *load(claim.assignment), claim.path) for claim in claims]
 
 
 def _load(folder: Path) -> tuple[Assignment, Path]:
@@ -253,7 +253,7 @@ def _taken(options: argparse.Namespace, gradebook: places.Gradebook) -> Places:
     return Places(folders, {path.name for path in there} - folders - own, own)
 
 
-def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
+def _warn_of_look_alikes(jobs: Sequence[Submission], *, names: bool) -> None:
     for group in submission.look_alike(job.student for job in jobs):
         # ascii(): as text no one could tell one from the other.
         who = " and ".join(map(ascii, group)) if names else f"{len(group)} students' names"

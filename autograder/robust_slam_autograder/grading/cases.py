@@ -175,10 +175,10 @@ class Cases:
         own = self.session.errors.get(OWN)
         if isinstance(error, NameError) and isinstance(own, StudentError):
             error, told = own, told + wording.lost(own)
-        return told + pythons.remark(error, self.python, self.session.program.pieces)
+        return told + pythons.remark(error, self.python, self.session.pieces)
 
     def _cells(self) -> dict[str, str]:
-        return {piece.label: piece.source for piece in self.session.program.pieces}
+        return {piece.label: piece.source for piece in self.session.pieces}
 
     def _owners(self) -> dict[str, str]:
         """Return the cell that each function belongs to."""

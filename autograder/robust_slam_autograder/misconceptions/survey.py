@@ -23,7 +23,7 @@ from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Solution
 from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.reading.labelled import Answer
-from robust_slam_autograder.reading.submission import Submission
+from robust_slam_autograder.reading.submission import Code
 from robust_slam_autograder.sandbox import InProcess
 
 LIMITS = Limits(call_seconds=4, cell_seconds=4, notebook_seconds=8)
@@ -69,7 +69,7 @@ class Way:
     """Whether an author wrote it down: then it counts before a change of results."""
 
 
-def ways(right: Submission, exercise: Solution, answers: Iterable[Answer]) -> Iterator[Way]:
+def ways(right: Code, exercise: Solution, answers: Iterable[Answer]) -> Iterator[Way]:
     """Yield the ways to be wrong in an exercise, of which there are answers, right and wrong."""
     for answer in answers:
         if exercise.is_of(answer.exercise) and not answer.is_right:
@@ -106,13 +106,13 @@ def tried(
 
 
 def _looked(
-    alone: Assignment, right: Submission, owner: str, left: Iterable[Way]
+    alone: Assignment, right: Code, owner: str, left: Iterable[Way]
 ) -> Iterator[tuple[str, ...]]:
     """Yield the keys of some ways to be wrong."""
     for way in left:
         pieces = (replace(p, source=way.source) if p.label == owner else p for p in right.pieces)
-        whose = marking.Whose("", alone, replace(right, pieces=tuple(pieces)))
-        (result,) = marking.look(whose, sandbox=InProcess()).result.exercises
+        code = replace(right, pieces=tuple(pieces))
+        (result,) = marking.look("", alone, code, sandbox=InProcess()).result.exercises
         yield tables.keys(result) if tables.is_real(result) else ()
 
 

@@ -19,7 +19,7 @@ from typing import Any
 from robust_slam_autograder.grading import durable
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.returned import RAISED, REAL
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.reading.labelled import Answer
 
 FILE = "misconceptions.json"
@@ -77,11 +77,11 @@ def named(exercise: ExerciseResult, table: Table) -> ExerciseResult:
     return replace(exercise, misconception=sentence(table, found), pattern=pattern)
 
 
-def namer(folder: Path) -> Callable[[Job, Result], Result]:
+def namer(folder: Path) -> Callable[[Submission, Result], Result]:
     """Return what names the wrong answers of a batch, by files in a folder; see ``read_made``."""
     known = functools.cache(functools.partial(read_made, folder))
 
-    def name(job: Job, result: Result) -> Result:
+    def name(job: Submission, result: Result) -> Result:
         found = known(job.assignment.name, job.tests)
         tables = found.exercises if found else {}
         exercises = (named(one, tables.get(one.name, {})) for one in result.exercises)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import glob
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,8 @@ from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
-from robust_slam_autograder.grading import allowed, batch, journal, tasks
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading import allowed, batch, journal, submissions
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
@@ -109,8 +108,8 @@ class SafeExporter(NotebookExporter):
         if Path(filename).parent == self._folder(self._course.autograded_directory, student):
             return super().from_filename(filename, resources, **options)
         folder = self._folder(self._course.submitted_directory, student)
-        job = Job(student, self._assignment, self._tests, folder)
-        job = replace(job, handed=tasks.read(job))  # all that follows is of the same bytes
+        job = Submission(student, self._assignment, self._tests, folder)
+        job = submissions.read(job)  # all that follows is of the same bytes
         try:
             made = self._grade(job)
         except AutograderError as error:
@@ -122,7 +121,7 @@ class SafeExporter(NotebookExporter):
         )
         return converted
 
-    def _grade(self, job: Job) -> NotebookNode:
+    def _grade(self, job: Submission) -> NotebookNode:
         """Grade in a process of its own; a result that is there already and holds is taken over.
 
         Raises:
@@ -146,7 +145,7 @@ class SafeExporter(NotebookExporter):
             gradebook.record(self._course.db_url, [job.assignment], [result], run.graded)
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
-        return graded_notebook.build(job.assignment, tasks.read(job), result)
+        return graded_notebook.build(job, result)
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))

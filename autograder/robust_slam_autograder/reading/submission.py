@@ -40,7 +40,7 @@ _OF_DATABASE = {f"{DATABASE_NAME}{end}" for end in ("", "-journal", "-wal", "-sh
 
 
 @dataclass(frozen=True)
-class Submission:
+class Code:
     """The student code of one notebook, in the notebook's order."""
 
     pieces: tuple[Piece, ...]
@@ -55,7 +55,7 @@ class Submission:
     """Why it is rather another assignment's: there is code, and nothing of this one's."""
 
 
-def collect(cells: Notebook, assignment: Assignment) -> Submission:
+def collect(cells: Notebook, assignment: Assignment) -> Code:
     """Pick the student code out of a notebook's cells: for grading, and for a student's check.
 
     What stands in an exercise's cell counts, be it code or text, and so does what any other cell
@@ -84,7 +84,7 @@ def collect(cells: Notebook, assignment: Assignment) -> Submission:
     ids = {cell.grade_id for cell in cells}.intersection(asked)
     foreign = len(missing) == len(assignment.solutions) and not ids and pieces
     why = ANOTHER.format(assignment.name) if foreign else ""
-    return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python, why)
+    return Code(tuple(pieces), missing, tuple(notes), altered, cells.python, why)
 
 
 def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:

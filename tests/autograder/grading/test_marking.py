@@ -178,8 +178,8 @@ def test_what_a_busy_machine_may_be_to_blame_for_is_doubtful(double, is_doubtful
     tests = limited(call_seconds=1, cell_seconds=0.5)
     slow = [toy.cell("import time\nTWO = time.sleep(9) or 2\n")] if "TWO" in double else []
     value = toy.answer(double, toy.APPLY, *slow)
-    whose = marking.Whose("a", tests, toy.submission(value, tests))
-    assert marking.look(whose, sandbox=Unsandboxed()).doubtful == is_doubtful
+    code = toy.submission(value, tests)
+    assert marking.look("a", tests, code, sandbox=Unsandboxed()).doubtful == is_doubtful
 
 
 CALLER = "def apply(f, x, times):\n    return double(f(x)), [{}]\n"
