@@ -13,7 +13,7 @@ from pathlib import Path
 
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError, Refused, WrongUse
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
@@ -97,7 +97,7 @@ def run(
     lines = _Lines(tests, tables.read(folder / tables.FILE), hints or 0)
     town = _typed_town(cells, tests)
     wall = sandbox.choose(unsandboxed=True)
-    result = marking.look("", tests, code, town, sandbox=wall, report=lines.write).result
+    result = passes.look("", tests, code, town, sandbox=wall, report=lines.write).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
     more = max((len(tests.config.hints.get(one, ())) for one in lines.failed), default=0)

@@ -88,7 +88,7 @@ _CHANGES = {
         ("dont_inherit=True, optimize=0", "dont_inherit=True",
          f"{MARKING}asserts_count_under_an_optimising_interpreter"),
     ],
-    "grading/allowed.py": [
+    "grading/exposed_folders.py": [
         ("if shown is not None:", "if False:",
          "grading/test_allowed.py::test_what_student_code_could_read_is_refused"),
     ],
@@ -108,7 +108,7 @@ _CHANGES = {
         ("if one.path.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
         ("if one.path.parent.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
     ],
-    "grading/marking.py": [
+    "grading/passes.py": [
         ("missing = not score and owner", "missing = owner",
          f"{MARKING}an_exercise_that_earned_points_is_not_missing"),
         ("town, sandbox, run, seed)", "town, sandbox, run, 0)",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook as notebook_module
@@ -224,9 +224,9 @@ def graded(
 
 def both_passes(tests: Assignment, code: Code, seed: int, wall: Sandbox) -> Result:
     """What the visible pass and then the hidden one come to."""
-    seen = marking.look("a", tests, code, sandbox=wall)
+    seen = passes.look("a", tests, code, sandbox=wall)
     whose = "a", tests, code, seeds.SHARED_TOWN
-    last = seen if seen.is_whole else marking.finish(*whose, seen, seed=seed, sandbox=wall)
+    last = seen if seen.is_whole else passes.finish(*whose, seen, seed=seed, sandbox=wall)
     return last.result
 
 
@@ -240,4 +240,4 @@ def checked(value: dict[str, Any], tests: Assignment | None = None, **options: A
     """What a student's own check says of a submission."""
     tests = tests or assignment()
     code = submission(value, tests)
-    return marking.look("", tests, code, sandbox=kernel.quickest(), **options).result
+    return passes.look("", tests, code, sandbox=kernel.quickest(), **options).result

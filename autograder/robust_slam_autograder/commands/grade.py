@@ -11,15 +11,16 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
-from robust_slam_autograder.grading import allowed, batch, durable, progress, remote
+from robust_slam_autograder.grading import batch, durable, exposed_folders, progress, remote
 from robust_slam_autograder.grading.batch import Graded, Graders
-from robust_slam_autograder.grading.journal import open_journal
+from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.markup import log_line
@@ -82,40 +83,75 @@ def _processors() -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Grade the batch; exit status 1 where the grader itself failed on a submission."""
+    _refuse_unwritable(options)
+    gradebook = places.gradebook(options)
+    handed_in = _find(options, gradebook)
+    _warn(handed_in, options)
+    wall = safe_wall(handed_in, options)
+    with graders(options) as (found, at_once), batch.locked(options.out):
+        journal = open_journal(options.out, options.seed)
+        graded = _grade(handed_in, journal, wall, found, at_once, options)
+        marks = [item.load() for item in graded]
+        _record(gradebook, journal, handed_in, marks, wall)
+    _tell(graded, marks, gradebook, options)
+    return 1 if any(item.status == "failed" for item in graded) else 0
+
+
+def _refuse_unwritable(options: argparse.Namespace) -> None:
     if options.json is not None and options.json == options.markdown:
         raise WrongUse("--json and --markdown want two places: - can be one of them.")
     for option, target in {"--json": options.json, "--markdown": options.markdown}.items():
         if target not in (None, STANDARD_OUTPUT):
             places.refuse_unwritable(option, Path(target), made=options.out)
     layout.refuse_unmoved(options.out)
+
+
+def _warn(handed_in: Sequence[Submission], options: argparse.Namespace) -> None:
+    places.warn_of_python(options.solutions)
+    _warn_of_look_alikes(handed_in, names=not options.no_names)
+    _warn_of_old_labels(handed_in, options.misconceptions)
+
+
+def safe_wall(handed_in: Sequence[Submission], options: argparse.Namespace) -> Sandbox:
+    """Choose where student code runs, and refuse to grade where it could read what it must not.
+
+    Raises:
+        WrongUse: it could, no sandbox works, or a package that is allowed is not installed.
+    """
+    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    kept = [options.misconceptions] if options.misconceptions.is_dir() else []
+    folders = [options.solutions, options.out, *kept, *map(_folder_of_students, handed_in)]
+    exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, wall)
+    return wall
+
+
+def _grade(
+    handed_in: Sequence[Submission],
+    journal: Journal,
+    wall: Sandbox,
+    found: Graders,
+    at_once: int,
+    options: argparse.Namespace,
+) -> list[Graded]:
+    if any(one.key not in journal.graded for one in handed_in):
+        _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
+    with progress.shown(len(handed_in)) as step:
+        return batch.grade(
+            handed_in,
+            out=options.out,
+            run=journal,
+            wall=wall,
+            workers=at_once,
+            report=lambda graded: step(),
+            graders=found,
+            naming=tables.namer(options.misconceptions),
+        )
+
+
+def _record(*arguments: Any) -> None:  # noqa: ANN401
     from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
 
-    gradebook = places.gradebook(options)
-    jobs = _find_jobs(options, gradebook)
-    places.warn_of_python(options.solutions)
-    _warn_of_look_alikes(jobs, names=not options.no_names)
-    _warn_of_old_labels(jobs, options.misconceptions)
-    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
-    refuse_unsafe(jobs, options, wall)
-    with graders(options) as (found, at_once), batch.locked(options.out):
-        journal = open_journal(options.out, options.seed)
-        if any(job.key not in journal.graded for job in jobs):
-            _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
-        with progress.shown(len(jobs)) as step:
-            graded = batch.grade(
-                jobs,
-                out=options.out,
-                run=journal,
-                wall=wall,
-                workers=at_once,
-                report=lambda graded: step(),
-                graders=found,
-                naming=tables.namer(options.misconceptions),
-            )
-        marks = [item.load() for item in graded]
-        recording.record_new(gradebook, journal, jobs, marks, wall)
-    _tell(graded, marks, gradebook, options)
-    return 1 if any(item.status == "failed" for item in graded) else 0
+    recording.record_new(*arguments)
 
 
 def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
@@ -128,17 +164,6 @@ def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
                 "run autograder misconceptions again to have wrong answers named.",
                 file=sys.stderr,
             )
-
-
-def refuse_unsafe(jobs: Sequence[Submission], options: argparse.Namespace, wall: Sandbox) -> None:
-    """Refuse to grade where student code could read what it must not.
-
-    Raises:
-        WrongUse: it could, or a package that an assignment allows is not installed.
-    """
-    kept = [options.misconceptions] if options.misconceptions.is_dir() else []
-    folders = [options.solutions, options.out, *kept, *map(_folder_of_students, jobs)]
-    allowed.refuse_unsafe([job.assignment for job in jobs], folders, wall)
 
 
 def _folder_of_students(job: Submission) -> Path:
@@ -205,7 +230,7 @@ def _counts(graded: Sequence[Graded]) -> str:
     )
 
 
-def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Submission]:
+def _find(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Submission]:
     # Not resolve(): a link must not choose the student.
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths))
     for path in submissions.missing(paths):

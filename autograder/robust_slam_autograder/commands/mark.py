@@ -43,10 +43,12 @@ def _points(text: str) -> float:
 def run(options: argparse.Namespace) -> int:
     """Enter the points in the gradebook."""
     layout.refuse_unmoved(options.out)
-    from robust_slam_autograder.nbgrader import by_hand  # the student's install lacks nbgrader
+    from robust_slam_autograder.nbgrader import (
+        marks_by_hand,  # the student's install lacks nbgrader
+    )
 
     (name,) = assignments.find_names(options.solutions, [options.assignment])
-    change = by_hand.enter(
+    change = marks_by_hand.enter(
         places.gradebook(options),
         assignments.load(assignments.notebook_path(options.solutions / name)),
         student=options.student,

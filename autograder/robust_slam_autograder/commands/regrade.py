@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from robust_slam_autograder import layout, sandbox
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
@@ -43,8 +43,7 @@ def run(options: argparse.Namespace) -> int:
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
-    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
-    grade.refuse_unsafe(plan.jobs, options, wall)
+    wall = grade.safe_wall(plan.jobs, options)
     gradebook = places.gradebook(options)
     with grade.graders(options) as (graders, at_once), batch.locked(options.out):
         journal = open_journal(options.out, None)

@@ -12,7 +12,7 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import results, submissions
-from robust_slam_autograder.grading.by_hand import Entered
+from robust_slam_autograder.grading.entered_by_hand import Entered
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.lms import marking
 from robust_slam_autograder.lms.marking import Marking

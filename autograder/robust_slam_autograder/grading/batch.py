@@ -21,7 +21,7 @@ from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import guarded, seeds, trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import between_passes, marking, results
+from robust_slam_autograder.grading import between_passes, passes, results
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.submissions import Fingerprints, Outcome, Submission
@@ -262,7 +262,7 @@ def patience(one: Submission) -> float:
 
 
 def run_pass(
-    one: Submission, *, seed: int, wall: Sandbox, run: marking.Run = guarded.plain
+    one: Submission, *, seed: int, wall: Sandbox, run: passes.Run = guarded.plain
 ) -> Outcome:
     """Run a submission's next pass; a refusal or a failure is a result too.
 
@@ -280,10 +280,10 @@ def run_pass(
         code = replace(code, notes=one.notes + code.notes)
         whose = one.student, one.assignment, code, one.town
         if one.seen is None:
-            found = marking.look(*whose, sandbox=wall, run=run)
+            found = passes.look(*whose, sandbox=wall, run=run)
         else:
             own = seeds.of_submission(seed, one.data)
-            found = marking.finish(*whose, one.seen, seed=own, sandbox=wall, run=run)
+            found = passes.finish(*whose, one.seen, seed=own, sandbox=wall, run=run)
         texts = answers.texts(one.assignment, cells)
         return replace(found, result=replace(found.result, texts=texts))
     except Refused as error:

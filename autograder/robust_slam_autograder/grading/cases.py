@@ -23,10 +23,10 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     shows_answers,
 )
-from robust_slam_autograder.grading import causes, explain, pythons, returned, wording
+from robust_slam_autograder.grading import explain, likely_causes, messages, pythons, returned
 from robust_slam_autograder.grading.explain import Returned
+from robust_slam_autograder.grading.messages import FAULT_SENTENCES, Told
 from robust_slam_autograder.grading.results import Ending
-from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
@@ -122,9 +122,9 @@ class Cases:
                     seen = returned.digests(self.calls.made, raised=raised)
                 told = self._explained(case, ending, error)
             guilty = [one for one in self._failed if self._called(case.exercise, one)]
-            told = told.beside(*(wording.CALLS.format(case.exercise, one) for one in guilty[:1]))
+            told = told.beside(*(messages.CALLS.format(case.exercise, one) for one in guilty[:1]))
         except (Exception, SessionFault):
-            told = wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
+            told = messages.own(FAULT_SENTENCES.get(ending, messages.UNEXPLAINED))
         return replace(told, returned=seen)
 
     @contextlib.contextmanager
@@ -137,16 +137,16 @@ class Cases:
         errors, owner = self.session.errors, self.assignment.owner
         cell_error = errors.get(owner(case.exercise))
         if ending.is_fault and case.exercise in self.stopped:
-            return wording.own(wording.STOPPED.format(self.stopped[case.exercise]))
+            return messages.own(messages.STOPPED.format(self.stopped[case.exercise]))
         if error is None or isinstance(cell_error, SessionFault):
-            return wording.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
+            return messages.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
         if isinstance(error, NameError) and self.session.lacks_own_cells:
-            return wording.left_out(error)
+            return messages.left_out(error)
         if isinstance(error, NameError) and not isinstance(error, StudentError):
             cell_error = errors.get(owner(error.name or ""), cell_error)
-            told = wording.undefined(error, cell_error)
+            told = messages.undefined(error, cell_error)
             return told.further(self._cause(case, cell_error))
-        told = wording.message(error, self.sources[case.grade_id], case, self._owners())
+        told = messages.message(error, self.sources[case.grade_id], case, self._owners())
         if cause := self._cause(case, error):
             return told.further(cause)
         returned = self._returned(case, error)
@@ -170,11 +170,11 @@ class Cases:
         if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
             return ""
         owner = self.assignment.owner(case.exercise)
-        cell = self._cells().get(wording.elsewhere(error, self._owners()) or owner, "")
-        told = causes.of(error, cell, self.assignment.config.causes)
+        cell = self._cells().get(messages.elsewhere(error, self._owners()) or owner, "")
+        told = likely_causes.of(error, cell, self.assignment.config.causes)
         own = self.session.errors.get(OWN)
         if isinstance(error, NameError) and isinstance(own, StudentError):
-            error, told = own, told + wording.lost(own)
+            error, told = own, told + messages.lost(own)
         return told + pythons.remark(error, self.python, self.session.pieces)
 
     def _cells(self) -> dict[str, str]:
@@ -188,7 +188,7 @@ class Cases:
         found = {}
         for case in self.assignment.cases:
             try:
-                found[case.grade_id] = compiled(self.sources[case.grade_id], wording.label(case))
+                found[case.grade_id] = compiled(self.sources[case.grade_id], messages.label(case))
             except (SyntaxError, ValueError) as error:
                 what = f"The test cell {case.grade_id} is no Python: {error}."
                 raise GraderFailure(what) from error
@@ -241,7 +241,7 @@ class Cases:
             return Ending(fault.kind), None
         namespace["rng"] = case_generator(self.seed, case.grade_id)
         if self.calls is not None:
-            self.calls.begin(wording.label(case), namespace)
+            self.calls.begin(messages.label(case), namespace)
         before = dict(namespace)
         try:
             with self._bounded():

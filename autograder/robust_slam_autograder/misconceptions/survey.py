@@ -16,7 +16,7 @@ from pathlib import Path
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import notebook, submission
@@ -112,7 +112,7 @@ def _looked(
     for way in left:
         pieces = (replace(p, source=way.source) if p.label == owner else p for p in right.pieces)
         code = replace(right, pieces=tuple(pieces))
-        (result,) = marking.look("", alone, code, sandbox=InProcess()).result.exercises
+        (result,) = passes.look("", alone, code, sandbox=InProcess()).result.exercises
         yield tables.keys(result) if tables.is_real(result) else ()
 
 

@@ -20,7 +20,7 @@ from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
-from robust_slam_autograder.grading import allowed, batch, journal, submissions
+from robust_slam_autograder.grading import batch, exposed_folders, journal, submissions
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
@@ -76,7 +76,7 @@ class SafeExporter(NotebookExporter):
         folders = [source, Path(course.root) / course.submitted_directory, self._results]
         labels = Path(course.root) / layout.MISCONCEPTIONS
         folders += [labels] if labels.is_dir() else []
-        allowed.refuse_unsafe([self._assignment], folders, self._wall)
+        exposed_folders.refuse_unsafe([self._assignment], folders, self._wall)
         with batch.locked(self._results):
             gradebook.declare(course.db_url, self._assignment)
         self._converter.assignments = self._submissions()

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from robust_slam_autograder.grading.by_hand import Entered, with_marks
+from robust_slam_autograder.grading.entered_by_hand import Entered, with_marks
+from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
-from robust_slam_autograder.grading.wording import NOT_WRITTEN
 from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions

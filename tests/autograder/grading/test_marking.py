@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.grading import marking, wording
+from robust_slam_autograder.grading import messages, passes
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.reading.assignment import Assignment, Config
 from robust_slam_autograder.reading.defaults import Limits
@@ -58,7 +58,7 @@ def test_each_case_earns_its_points_whole_or_not_at_all():
     ("answer", "sentence"),
     [
         ("def double(x): return 7\n", "double(3) is 6: add the number to itself"),
-        ("def double(x): raise NotImplementedError\n", wording.NOT_WRITTEN),
+        ("def double(x): raise NotImplementedError\n", messages.NOT_WRITTEN),
         ("def double(x):\n    return x['a']\n",
          "TypeError: 'int' object is not subscriptable (line 2 of your cell)."),
         ("def double(x): return {1}\n",
@@ -159,7 +159,7 @@ def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time()
     answer = toy.answer("def double(x):\n    return TWO * np.asarray(x)\n", toy.APPLY, slow)
     result = toy.graded(answer, limited(call_seconds=1, cell_seconds=0.5))
     assert exercise(result).status == "failed"
-    assert exercise(result).message.startswith(f"{wording.LEFT_OUT}: name 'TWO'")
+    assert exercise(result).message.startswith(f"{messages.LEFT_OUT}: name 'TWO'")
     assert exercise(result, "apply").status == "passed"
 
 
@@ -179,7 +179,7 @@ def test_what_a_busy_machine_may_be_to_blame_for_is_doubtful(double, is_doubtful
     slow = [toy.cell("import time\nTWO = time.sleep(9) or 2\n")] if "TWO" in double else []
     value = toy.answer(double, toy.APPLY, *slow)
     code = toy.submission(value, tests)
-    assert marking.look("a", tests, code, sandbox=Unsandboxed()).doubtful == is_doubtful
+    assert passes.look("a", tests, code, sandbox=Unsandboxed()).doubtful == is_doubtful
 
 
 CALLER = "def apply(f, x, times):\n    return double(f(x)), [{}]\n"
@@ -189,7 +189,7 @@ def test_who_calls_what_is_not_written_is_told_so():
     unwritten = toy.graded(
         toy.answer("def double(x):\n    raise NotImplementedError\n", CALLER.format(""))
     )
-    assert exercise(unwritten).message == wording.NOT_WRITTEN
+    assert exercise(unwritten).message == messages.NOT_WRITTEN
     said = "apply calls double, which is not written yet: it raises NotImplementedError."
     assert exercise(unwritten, "apply").message == said
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading.by_hand import Entered, Entry
+from robust_slam_autograder.grading.entered_by_hand import Entered, Entry
 from robust_slam_autograder.grading.results import tidy
 from robust_slam_autograder.markup import one_line
 from robust_slam_autograder.nbgrader import database

@@ -17,9 +17,9 @@ from robust_slam_autograder.executor import guarded, seeds
 from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.executor.session import Session
-from robust_slam_autograder.grading import cases as passes
-from robust_slam_autograder.grading import explain, wording
-from robust_slam_autograder.grading.cases import Cases, Endings
+from robust_slam_autograder.grading import explain, messages
+from robust_slam_autograder.grading.cases import Cases, Endings, silence
+from robust_slam_autograder.grading.messages import FAULT_SENTENCES, NO_HINT, Told
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Ending,
@@ -29,7 +29,6 @@ from robust_slam_autograder.grading.results import (
     tidy,
 )
 from robust_slam_autograder.grading.submissions import Outcome
-from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.submission import Code
 from robust_slam_autograder.sandbox import Sandbox
@@ -160,7 +159,7 @@ class _Pass:
                         self.skip, self.seconds = skip, seconds
                         yield case, ended
             except Overrun:
-                told = replace(wording.own(FAULT_SENTENCES[Ending.TIMEOUT]), returned=())
+                told = replace(messages.own(FAULT_SENTENCES[Ending.TIMEOUT]), returned=())
                 for case in self._ended(cases[reached], known):
                     known[case.grade_id] = Ending.TIMEOUT
                     yield case, _case(case, Ending.TIMEOUT, told)
@@ -177,7 +176,7 @@ class _Pass:
         lost: dict[str, Told] = {}
         numbers = seeds.environment(self.seed, self.town)
         session = Session(self.sandbox, self.assignment, self.code.pieces, total, set(self.skip))
-        with contextlib.closing(session), numbers, passes.silence():
+        with contextlib.closing(session), numbers, silence():
             cases = Cases(self.assignment, session, texts, self.seed, calls, self.code.python)
             for case, ending, error in cases.run(faults):
                 told = cases.explain(case, ending, error) if self.is_visible else Told()
@@ -277,7 +276,7 @@ def _finished(case: Case, shown: CaseResult | None, hidden: Endings) -> CaseResu
     if shown is not None and (not hidden or not shown.passed or not case.has_hidden):
         return shown
     # The instructor's sentence alone: a hidden check's own words may hold its inputs.
-    told = Told(case.hint) if case.hint else wording.own(NO_HINT)
+    told = Told(case.hint) if case.hint else messages.own(NO_HINT)
     return _case(case, hidden[case.grade_id], told)
 
 
