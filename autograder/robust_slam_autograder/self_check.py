@@ -94,42 +94,37 @@ def run(
     except Refused as error:
         raise WrongUse(str(error)) from error
     print(f"Checking {given}: the visible cases of {tests.name}.")
-    lines = _Lines(tests, tables.read(folder / tables.FILE), hints or 0)
-    town = _typed_town(cells, tests)
-    wall = sandbox.choose(unsandboxed=True)
-    result = passes.look("", tests, code, town, sandbox=wall, report=lines.write).result
+    town, wall = _typed_town(cells, tests), sandbox.choose(unsandboxed=True)
+    tell = _teller(tests, tables.read(folder / tables.FILE), hints or 0)
+    result = passes.look("", tests, code, town, sandbox=wall, report=tell).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
-    more = max((len(tests.config.hints.get(one, ())) for one in lines.failed), default=0)
+    failed = [one.name for one in result.exercises if one.status != "passed"]
+    more = max((len(tests.config.hints.get(one, ())) for one in failed), default=0)
     if hints is not None and hints < more:
         print(HINTS.format(hints + 1))
     print(terminal.check_end(result, tests.hidden_cases))
     return result, tests
 
 
-class _Lines:
-    """A line for each exercise as it ends; on a terminal also the name of the one that runs."""
+def _teller(tests: Assignment, labels: Mapping[str, Table], hints: int) -> passes.Report:
+    """Return what prints a line for each exercise as it ends; a terminal shows what runs, too."""
+    left, out = list(tests.exercises), sys.stdout  # what tests print goes nowhere
 
-    def __init__(self, tests: Assignment, labels: Mapping[str, Table], hints: int) -> None:
-        self._tests, self._labels, self._hints = tests, labels, hints
-        self._left, self.failed = list(tests.exercises), list[str]()
-        self._out = sys.stdout  # while tests run, what they print goes nowhere
-        self._say_next()
+    def say_next() -> None:
+        if left and out.isatty():
+            print(f"… {left[0]}", end="\r", file=out, flush=True)
 
-    def write(self, exercise: ExerciseResult) -> None:
-        name, tests = exercise.name, self._tests
-        exercise = tables.named(exercise, self._labels.get(name, {}))
-        self._left.remove(name)
-        if exercise.status != "passed":
-            self.failed.append(name)
-        place, hints = tests.config.place(name), tests.config.hints.get(name, ())[: self._hints]
-        line = terminal.check_line(exercise, tests.hidden_cases, place, hints)
-        print(line, file=self._out, flush=True)
-        self._say_next()
+    def tell(exercise: ExerciseResult) -> None:
+        name, config = exercise.name, tests.config
+        exercise = tables.named(exercise, labels.get(name, {}))
+        told = config.place(name), config.hints.get(name, ())[:hints]
+        print(terminal.check_line(exercise, tests.hidden_cases, *told), file=out, flush=True)
+        left.remove(name)
+        say_next()
 
-    def _say_next(self) -> None:
-        if self._left and self._out.isatty():
-            print(f"… {self._left[0]}", end="\r", file=self._out, flush=True)
+    say_next()
+    return tell
 
 
 def _typed_town(cells: Sequence[Cell], tests: Assignment) -> int | None:

@@ -11,7 +11,6 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
@@ -83,6 +82,8 @@ def _processors() -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Grade the batch; exit status 1 where the grader itself failed on a submission."""
+    from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
+
     _refuse_unwritable(options)
     gradebook = places.gradebook(options)
     handed_in = _find(options, gradebook)
@@ -92,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
         journal = open_journal(options.out, options.seed)
         graded = _grade(handed_in, journal, wall, found, at_once, options)
         marks = [item.load() for item in graded]
-        _record(gradebook, journal, handed_in, marks, wall)
+        recording.record_new(gradebook, journal, handed_in, marks, wall)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -146,12 +147,6 @@ def _grade(
             graders=found,
             naming=tables.namer(options.misconceptions),
         )
-
-
-def _record(*arguments: Any) -> None:  # noqa: ANN401
-    from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
-
-    recording.record_new(*arguments)
 
 
 def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:

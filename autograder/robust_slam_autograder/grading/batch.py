@@ -25,9 +25,9 @@ from robust_slam_autograder.grading import between_passes, passes, results
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.submissions import Fingerprints, Outcome, Submission
-from robust_slam_autograder.reading import answers, submission
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reading.source import imported_modules, needed
+from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Sandbox
 
 LOCK_NAME = ".lock"
@@ -248,11 +248,10 @@ def preload(jobs: Sequence[Submission]) -> list[str]:
 
 
 def _imported(assignment: Assignment) -> Iterator[str]:
-    """Return modules that tests import, and the cells that they rely on."""
+    """Return modules that tests import, and the locked cells that they rely on."""
     whole = [piece.source for piece in assignment.setup if not piece.own]
     whole += [*assignment.imports, *(case.full for case in assignment.cases)]
-    own = [piece.source for piece in assignment.setup if piece.own]
-    for source in [*whole, needed(own, whole)]:
+    for source in whole:
         yield from imported_modules(source)
 
 
@@ -284,7 +283,7 @@ def run_pass(
         else:
             own = seeds.of_submission(seed, one.data)
             found = passes.finish(*whose, one.seen, seed=own, sandbox=wall, run=run)
-        texts = answers.texts(one.assignment, cells)
+        texts = submission.texts(one.assignment, cells)
         return replace(found, result=replace(found.result, texts=texts))
     except Refused as error:
         return _without_grade("refused", str(error), one)

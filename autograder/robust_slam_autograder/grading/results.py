@@ -133,7 +133,7 @@ class Result:
     seconds: float
     exercises: tuple[ExerciseResult, ...]
     texts: Mapping[str, str] | None = None
-    """By grade id ``answers.digest`` of each free-text answer; None where they are not known."""
+    """By grade id ``submission.digest`` of each free-text answer; None where not known."""
 
 
 def tidy(points: float) -> float:

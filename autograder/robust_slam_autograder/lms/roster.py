@@ -11,7 +11,7 @@ import csv
 import io
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,8 +73,16 @@ def read(path: Path) -> Roster:
     Raises:
         WrongUse: names the file and the line where it cannot be read as a table.
     """
-    text = read_text(path)
-    rows = [row for row in _rows(path, text) if any(map(str.strip, row.cells))]
+    delimiter, text = parted(read_text(path))
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    found, begins = [], 1
+    try:
+        for cells in reader:
+            found.append(Row(begins, tuple(cells)))
+            begins = reader.line_num + 1
+    except csv.Error as error:
+        raise WrongUse(f"{path}:{begins}: this is not CSV ({error}).") from error
+    rows = [row for row in found if any(map(str.strip, row.cells))]
     if len(rows) < 2:
         raise WrongUse(f"{path}:1: a header and students are wanted: export the gradebook again.")
     header = tuple(cell.strip() for cell in rows[0].cells)
@@ -125,18 +133,6 @@ def parted(text: str) -> tuple[str, str]:
         return said[1], "\n" + text[said.end() :]
     first = [line[: csv.field_size_limit()] for line in text.lstrip().splitlines()[:1]]
     return max(_MARKS, key=lambda mark: len(next(csv.reader(first, delimiter=mark), []))), text
-
-
-def _rows(path: Path, text: str) -> Iterator[Row]:
-    delimiter, text = parted(text)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    begins = 1
-    try:
-        for cells in reader:
-            yield Row(begins, tuple(cells))
-            begins = reader.line_num + 1
-    except csv.Error as error:
-        raise WrongUse(f"{path}:{begins}: this is not CSV ({error}).") from error
 
 
 def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, Row]:

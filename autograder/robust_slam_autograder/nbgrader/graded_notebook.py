@@ -19,7 +19,7 @@ from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.grading.verdicts import sign, verdict
 from robust_slam_autograder.markup import prose, visible
 from robust_slam_autograder.nbgrader import marked_cells
-from robust_slam_autograder.reading import answers
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.notebook import Cell
 
@@ -48,7 +48,7 @@ def build(handed: Submission, result: Result) -> NotebookNode:
             made["outputs"] = [new_output("stream", name="stdout", text=text)]  # type: ignore[no-untyped-call]
         return made
 
-    owners = answers.owners(assignment, cells)
+    owners = submission.stands_for(assignment, cells)
     shown: list[tuple[str | None, NotebookNode]] = []
     for number, cell in enumerate(cells):
         owner = owners.get(number)

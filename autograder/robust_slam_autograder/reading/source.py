@@ -148,14 +148,6 @@ def reached(names: Sequence[str], cells: Iterable[ast.Module]) -> dict[str, list
     return found
 
 
-def needed(own: Sequence[str], cells: Sequence[str]) -> str:
-    """Return what ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
-    trees = [tree_of(source) for source in own]
-    used = used_names(*(node for source in cells for node in tree_of(source).body))
-    kept = helpers(trees, used)
-    return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
-
-
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
     """Pick the statements of a student's own cells that a solution may need.
 

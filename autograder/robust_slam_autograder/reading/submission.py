@@ -196,3 +196,31 @@ def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
         return found[0], (f"{shown(found[0].name)} was taken for {right.name}.",)
     what = "There is no notebook" if not found else f"There are {len(found)} notebooks"
     raise Refused(f"{what} in the folder: hand in one, named {right.name}.")
+
+
+def by_hand(cell: Cell) -> bool:
+    """Tell whether a person marks the cell: a free-text answer, or a task."""
+    return cell.task or (cell.grade and (cell.solution or cell.kind != "code"))
+
+
+def stands_for(assignment: Assignment, cells: Sequence[Cell]) -> dict[int, str]:
+    """Find which of the instructor's cells a submission's cells (by position) stand for.
+
+    Of copied cells it is the last one, whose definitions hold in the end.
+    """
+    known = {cell.grade_id for cell in assignment.marked}
+    last = {cell.grade_id: number for number, cell in enumerate(cells) if cell.grade_id in known}
+    last |= {grade_id: n for n, grade_id in sorted(owners(cells, assignment)[0].items())}
+    return {number: grade_id for grade_id, number in last.items() if grade_id is not None}
+
+
+def digest(text: str) -> str:
+    """Return what tells a free-text answer from another, blanks around it aside."""
+    return hashlib.sha256(text.strip().encode(errors="surrogatepass")).hexdigest()
+
+
+def texts(assignment: Assignment, cells: Sequence[Cell]) -> dict[str, str]:
+    """Return by grade id the digest of what stands in each free-text cell; of none, of nothing."""
+    wanted = [cell.grade_id or "" for cell in assignment.marked if by_hand(cell) and not cell.task]
+    found = {owner: cells[n].source for n, owner in stands_for(assignment, cells).items()}
+    return {name: digest(found.get(name, "")) for name in wanted}
