@@ -66,7 +66,8 @@ def run(options: argparse.Namespace) -> int:
             left[one.entry] = str(error)
     listed = {roster.key(row.cells[match]) for row in students} - {""}
     has = [one.entry for one in found if _there(options.submitted, one.student, one.assignment)]
-    lost = [one for one in left if submission.is_notebook(one) and one not in has]
+    may_be = [one for one in left if submission.is_notebook(one) or one.lower().endswith(".zip")]
+    lost = [one for one in may_be if one not in has]
     about = {one.assignment for one in found} | {*filter(None, [options.assignment])}
     downloads.remember(options.submitted, archive, lost, about)
     _tell(taken, left, listed, options.submitted)

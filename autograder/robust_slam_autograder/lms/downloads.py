@@ -85,8 +85,9 @@ def moodle_sent(path: str) -> list[Sent]:
     The number is the participant's in this assignment; only Moodle's grading worksheet has it.
     A group's name and a dash may be before the name, and a comma behind the last name.
     """
-    if not (found := _MOODLE.search(path.replace("\\", "/"))):
-        return []
+    found = _MOODLE.search(path.replace("\\", "/"))
+    if found is None or path.index("_assignsubmission_file") != found.end(2):
+        return []  # or it is in what looks like another one's
     said, number = found[1], f"#{found[2]}"
     names = [_in_zip(said), _in_zip(*said.partition(",")[::-2])]
     every = [*names, *(_in_zip(said[at.end() :]) for at in re.finditer("-", said))]

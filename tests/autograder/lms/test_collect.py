@@ -222,6 +222,7 @@ NUMBERED = """Identifier,Full name,Email address
 Participant 17,Jane Smith,jane
 Participant 18,Bo Ray,bo
 """
+WRONG = "has not the name that this system gives"
 SWAPPED = "has another name, or number beside it, than the roster's line"
 
 
@@ -242,6 +243,14 @@ TWO = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
             MOODLE,
             [moodle("Smith Jane")],
             *(["--name", "Last name", "First name"], "", 1, {"jane@example.edu"}),
+        ),
+        (
+            NUMBERED,
+            [f"{moodle('Bo Ray')[:-13]}_x/{moodle('Jane Smith', 17)}"],
+            [],
+            WRONG,
+            1,
+            set(),
         ),
         (NUMBERED, [moodle("Bo Ray", 17)], [], f"{SWAPPED} 2 (jane)", 1, set()),
         (NUMBERED, [moodle("Team Red", 17)], [], f"{SWAPPED} 2 (jane)", 1, set()),
@@ -283,8 +292,10 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(tmp_path, collect):
 def test_what_was_left_out_is_remembered_until_it_is_collected(tmp_path, collect):
     left = tmp_path / "in" / ".left-out.json"
     files = {f"smithjohn_99_678_{FILE}": ONE, f"twinal_8_3_{FILE}": ONE, "x_8_2_a.pdf": ONE}
-    collect("canvas", files)
-    assert json.loads(left.read_text()) == {f"smithjohn_99_678_{FILE}": toy.NAME}
+    packed = {"lovelaceada_67_2_mine.ZIP": ONE}
+    collect("canvas", files | packed)
+    assert json.loads(left.read_text()) == dict.fromkeys([*packed, next(iter(files))], toy.NAME)
+    left.write_text(json.dumps({next(iter(files)): toy.NAME}))
     collect("canvas", {f"lovelaceada_67_9_{FILE}": "{"})
     collect("canvas", {f"lovelaceada_67_9_{FILE}": ONE}, *NAMED)
     assert list(json.loads(left.read_text())) == [f"smithjohn_99_678_{FILE}"], "she has a notebook"
