@@ -17,6 +17,7 @@ from pathlib import Path
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.results import ExerciseResult
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import notebook, submission
@@ -108,12 +109,19 @@ def tried(
 def _looked(
     alone: Assignment, right: Code, owner: str, left: Iterable[Way]
 ) -> Iterator[tuple[str, ...]]:
-    """Yield the keys of some ways to be wrong."""
+    """Yield the keys of some ways to be wrong; none where a case ends at the right values."""
+
+    def look(tests: Assignment, code: Code) -> ExerciseResult:
+        return passes.look("", tests, code, sandbox=InProcess()).result.exercises[0]
+
+    failing = (replace(one, visible=f"{one.visible}\nassert False") for one in alone.cases)
+    solved = look(replace(alone, cases=tuple(failing)), right)
+    values = {case.name: {*(case.returned or ())} for case in solved.cases}
     for way in left:
         pieces = (replace(p, source=way.source) if p.label == owner else p for p in right.pieces)
-        code = replace(right, pieces=tuple(pieces))
-        (result,) = passes.look("", alone, code, sandbox=InProcess()).result.exercises
-        yield tables.keys(result) if tables.is_real(result) else ()
+        result = look(alone, replace(right, pieces=tuple(pieces)))
+        is_right = any(values[case.name] & {*(case.returned or ())} for case in result.cases)
+        yield tables.keys(result) if tables.is_real(result) and not is_right else ()
 
 
 def survey(path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]) -> Table:

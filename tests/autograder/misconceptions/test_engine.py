@@ -138,6 +138,19 @@ def test_words_and_whole_numbers_name_no_slip(engine, value):
     assert engine.says(source, wrong("same", source, "Always says it.")) == ""
 
 
+def test_right_values_name_no_slip(tmp_path):
+    """Another answer with these values may have lost its case for any reason."""
+    test = "calls = []\nlast, history = apply(lambda v: calls.append(v) or v + 0.5, 0.25, 1)\n"
+    value = toy.source_notebook(apply_by_hand=f"{test}assert len(calls) == 1\n")
+    path = toy.make_tree(tmp_path, value=value) / toy.NAME / f"{toy.NAME}.ipynb"
+    tests = assignments.load(path)
+    twice = "def apply(f, x, times):\n    f(x)\n    return f(x), [x, x + 0.5]\n"
+    answer = Answer("apply", "wrong_twice", twice, "Asks twice.", caught_by="apply-by-hand")
+    table = survey.survey(path, tests, "apply", [answer])
+    exercise = toy.checked(toy.answer(apply=twice), tests).exercises[1]
+    assert exercise.status == "partial" and tables.named(exercise, table).misconception == ""
+
+
 def test_two_labels_for_the_same_values_are_none(engine):
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
     assert engine.says(FOURFOLD, one, two) == ""
