@@ -18,6 +18,7 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.sparse.pattern import PoseFactors, sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
 
+_DRAWS = 24
 _NOTHING = 1e-4
 """The variance, of noise of variance 1, below which nothing is left of an edge."""
 
@@ -73,20 +74,33 @@ class Fitted:
         assert taken is not None
         return np.eye(d) - taken.reshape(units.shape)[np.arange(edges.size), :, edges]
 
+    def roughly_left(self, edges: Indices) -> Array:
+        """Return ``left`` from a few draws of the noise, for many ``edges`` ``(k,)``."""
+        noise = np.random.default_rng(0).normal(size=(_DRAWS, *self.residuals.shape))
+        taken = self.taken_up(noise)
+        assert taken is not None
+        drawn = (noise - taken)[:, edges]
+        return np.asarray(np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS)
+
     def following(self, edges: Indices) -> Array:
         """Return how far each pose moves with a displacement of ``edges`` ``(k,)``, ``(k, n)``.
 
         It is the longest move, relative to that of the measurement.
         """
         d = self.graph.group.DIMENSION
-        units = np.zeros((edges.size, d, *self.residuals.shape))
-        for axis in range(d):
-            units[np.arange(edges.size), axis, edges] = self.root[edges, :, axis]
+        moves = (self.moved(edges, self.root[edges, :, axis])[..., :d] for axis in range(d))
+        return np.asarray(np.max([np.linalg.norm(each, axis=2) for each in moves], axis=0))
+
+    def moved(self, edges: Indices, whitened: Array) -> Array:
+        """Return how the poses move with ``whitened`` noise ``(k, D)`` of one edge, ``(k, n, D)``.
+
+        It is a perturbation on the right for each of the ``edges`` ``(k,)``.
+        """
+        noise = np.zeros((edges.size, *self.residuals.shape))
+        noise[np.arange(edges.size), edges] = whitened
         factors = self._factors(self.graph.information)
         assert factors is not None
-        moved = factors.solve(self._pulled(units.reshape(-1, *self.residuals.shape)))[:, :d]
-        longest = np.linalg.norm(moved.reshape(self.graph.n, d, -1, d), axis=1).max(axis=2)
-        return np.asarray(longest.T)
+        return np.asarray(np.moveaxis(factors.solve(self._pulled(noise)), -1, 0))
 
     def log_determinant(self, information: Array) -> float:
         """Return log det JᵀJ with another ``information`` ``(m, D, D)``, or infinity."""
