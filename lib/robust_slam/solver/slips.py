@@ -60,11 +60,12 @@ def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate, Cand
     unlike, doubted = _unlike(search.graph), None
     apart = [_fewer(unlike, *one) for one in _apart(search, best, unlike)]
     search, best = max([(search, best), *apart], key=lambda one: _worth(unlike, *one))
-    while np.sum(search.slips) < _MOST:
+    while np.sum(search.slips) < _MOST and not search.deadline.passed:
         least = _worth(unlike, search, best)
         found = [
             (trial, one)
             for start in _starts(search, best, unlike)
+            if not search.deadline.passed
             for trial, one in _freed(search, best, start)
             if _worth(unlike, trial, one) > least
         ]
@@ -138,7 +139,8 @@ def _apart(search: Search, best: Candidate, unlike: Array) -> Iterator[tuple[Sea
     trial = replace(search, slips=slips)
     problem = trial.problem(rescaled(graph, best.tested))
     x0 = spanning_tree(parts, tree.astype(np.float64))
-    poses = irls(problem, kernels.dcs(search.threshold), x0, tol=TOL, max_iterations=100).x
+    most = search.deadline.left
+    poses = irls(problem, kernels.dcs(search.threshold), x0, tol=TOL, max_seconds=most).x
     with suppress(ValueError):
         yield trial, trial.settle("slips", poses, best.tested)
 
@@ -146,6 +148,8 @@ def _apart(search: Search, best: Candidate, unlike: Array) -> Iterator[tuple[Sea
 def _fewer(unlike: Array, search: Search, best: Candidate) -> tuple[Search, Candidate]:
     """Return the search and the map without the slips that are not worth their price."""
     for step in np.flatnonzero(search.slips):
+        if search.deadline.passed:
+            break
         less = replace(search, slips=search.slips & (np.arange(best.kept.size) != step))
         with suppress(ValueError):
             one = less.settle("slips", best.poses, best.tested)
@@ -227,7 +231,7 @@ def _freed(search: Search, best: Candidate, start: _Start) -> Iterator[tuple[Sea
     trial = replace(search, slips=search.slips | (np.arange(best.kept.size) == start.step))
     problem = trial.problem(rescaled(search.graph, best.tested))
     with suppress(ValueError):
-        poses = at_rest(problem, start.used, start.poses)
+        poses = at_rest(problem, start.used, start.poses, search.deadline)
         near = ~search.trusted & (problem.residual_norms(poses) <= _WITHIN * search.threshold)
         if near.sum() > np.sum(best.kept & ~search.trusted) and not search.deadline.passed:
             yield trial, trial.settle("slips", poses, best.tested)
