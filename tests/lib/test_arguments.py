@@ -131,7 +131,7 @@ def test_a_value_has_a_line(value, words):
     assert repr(value).startswith(f"<{type(value).__name__}: ") and len(repr(value)) < 100
 
 
-def test_what_holds_arrays_is_compared_by_identity_and_has_a_hash():
+def test_what_holds_arrays_is_compared_by_identity_but_for_graphs_and_has_a_hash():
     assert len({gnc(GRAPH), gnc(GRAPH)}) == 2 and gnc(GRAPH) != gnc(GRAPH)
     names = [module.name for module in pkgutil.walk_packages(rs.__path__, "robust_slam.")]
     classes = {
@@ -143,7 +143,7 @@ def test_what_holds_arrays_is_compared_by_identity_and_has_a_hash():
     arrays = re.compile(r"Array|Mask|Indices|\bX\b")
     held = [c for c in classes if any(arrays.search(str(f.type)) for f in dataclasses.fields(c))]
     assert len(held) > 20
-    assert [c.__name__ for c in held if c.__eq__ is not object.__eq__] == []
+    assert [c.__name__ for c in held if c.__eq__ is not object.__eq__] == ["PoseGraph"]
 
 
 @pytest.mark.parametrize("make", [manhattan, sphere])

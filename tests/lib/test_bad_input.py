@@ -60,11 +60,11 @@ REFUSED = {
     "the tutorial of g2o": ("TUTORIAL_EDGE_SE2 0 1 1\n", ":1: .*; take TUTORIAL_ out of them$"),
     "no line that is known": (
         "HELLO\n",
-        ":1: the tag 'HELLO' is unknown; use [^;]*, FIX; rs.factors",
+        ":1: the tag 'HELLO' is unknown; use [^;]*, FIX; the command",
     ),
-    "landmarks": (
-        WALK + "EDGE_SE2_XY 0 9 1 1 1 0 1\n",
-        ":7: the tag 'EDGE_SE2_XY' is unknown; .*; rs.factors.read_factors reads landmarks",
+    "ranges": (
+        WALK + "EDGE_RANGE 0 9 1 1\n",
+        ":7: the tag 'EDGE_RANGE' is unknown; .*; the command and rs.factors.read_factors use",
     ),
 }
 """What is refused: the text of a file, and what stands behind the file's name.

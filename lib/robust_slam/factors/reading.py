@@ -20,12 +20,23 @@ from pathlib import Path
 import numpy as np
 
 from robust_slam._arrays import Array, Indices
+from robust_slam._words import counted
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.graphs import se3
 from robust_slam.graphs.doubts import few_digits
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, decoded, rows_of, whole
+from robust_slam.graphs.lines import (
+    Fault,
+    Rows,
+    Tag,
+    Unknown,
+    by_tag,
+    decoded,
+    lines_of,
+    rows_of,
+    whole,
+)
 from robust_slam.graphs.matrices import information_of, row_by_row
 from robust_slam.graphs.quaternions import poses_of
 from robust_slam.graphs.tagged import graph_of
@@ -60,7 +71,8 @@ def _tags(layout: _Layout, d: int, pose: int) -> dict[str, Tag]:
     }
 
 
-_TAGS = _tags(_PLANE, 2, 3) | _tags(_SPACE, 3, 7) | {_SENSOR: Tag(1, 7)}
+_FACTORS = _tags(_PLANE, 2, 3) | _tags(_SPACE, 3, 7)
+_TAGS = _FACTORS | {_SENSOR: Tag(1, 7)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +91,26 @@ class FactorFile:
     skipped: dict[str, int]
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
+
+    def summary(self) -> str:
+        """Return what is in the file, a line each."""
+        rows = [("factors", f"{self.graph!r}"[len("<FactorGraph: ") : -1])]
+        rows += [
+            ("note", f"skipped {counted(count, 'line')} with the tag {tag}")
+            for tag, count in self.skipped.items()
+        ]
+        rows += [("note", words) for words in (*self.notes, *self.doubts)]
+        return "\n".join(f"{name:<10} {words}" for name, words in rows)
+
+
+def has_factors(path: str | os.PathLike[str]) -> bool:
+    """Tell whether a file has landmarks, priors or GPS in lines that ``read_factors`` knows.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    text = Path(path).read_bytes().decode("utf-8", errors="replace")
+    return any(fields[0] in _FACTORS for _, fields in lines_of(text))
 
 
 def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") -> FactorFile:

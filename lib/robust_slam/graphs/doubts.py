@@ -19,7 +19,7 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted, so_do
 from robust_slam.graphs.graph_file import Names, as_closure
 from robust_slam.graphs.group import upward
-from robust_slam.graphs.pose_graph import PoseGraph, deviations, rows_of
+from robust_slam.graphs.pose_graph import FEW, PoseGraph, deviations, rows_of
 
 _BLIND = np.pi / np.sqrt(3.0)
 """The deviation (rad) of a direction about which nothing is known: uniform from -π to π."""
@@ -29,8 +29,6 @@ _LEAP = 10.0
 """Steps so many times longer than 95 % of all are hardly odometry."""
 _UNLIKE = 1.5
 """A deviation differs by this factor where a sensor differs, and not by rounding."""
-FEW = 8
-"""The smallest number of steps that tell what is usual."""
 _SOME = 3
 """The smallest number of turns that tell their order."""
 _ROUNDED = 1e-3

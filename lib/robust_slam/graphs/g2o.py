@@ -24,7 +24,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Ids
 from robust_slam._files import write_lines
@@ -55,7 +54,7 @@ G2O = Format(
     SPACE,
     fix="FIX",
     passed=("PARAMS_", "VERTEX_SWITCH", "EDGE_SWITCH_PRIOR"),
-    elsewhere="; rs.factors.read_factors reads landmarks and priors",
+    elsewhere="; the command and rs.factors.read_factors use landmarks, priors and GPS",
 )
 """What the lines of a g2o file mean."""
 
@@ -84,11 +83,16 @@ def write(
     """
     layout = PLANE if check_graph(graph).group.DIMENSION == 2 else SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
-    ids = np.arange(graph.n, dtype=np.int64) if names is None else _names(names, graph.n)
+    ids = np.arange(graph.n, dtype=np.int64) if names is None else checked_names(names, graph.n)
     write_lines(path, _lines(graph, given, ids, layout))
 
 
-def _names(value: ArrayLike, n: int) -> Ids:
+def checked_names(value: ArrayLike, n: int) -> Ids:
+    """Return ``value`` as ids ``(n,)`` of poses 0 to n - 1.
+
+    Raises:
+        ValueError: as ``write``.
+    """
     names = np.asarray(value)
     if names.shape != (n,):
         raise ValueError(f"names: the shape is {names.shape}; give ({n},)")
@@ -117,9 +121,7 @@ def _numbers(poses: Array, layout: Layout) -> Array:
     """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses in the format."""
     if layout is PLANE:
         return poses
-    # A copy, since SciPy 1.14 takes no array that is only to be read.
-    quaternion = np.asarray(Rotation.from_matrix(se3.rotation(poses).copy()).as_quat())
-    return np.concatenate([se3.translation(poses), quaternions.on_grid(quaternion)], axis=1)
+    return np.concatenate([se3.translation(poses), quaternions.of(poses)], axis=1)
 
 
 def _tagged(tag: str, ids: Ids, numbers: Array) -> Iterator[str]:

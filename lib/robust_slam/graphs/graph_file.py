@@ -36,8 +36,8 @@ class GraphFile:
     ``(n,)`` the same ids as the file writes them. ``repaired`` ``(k,)`` are the edges whose
     information matrix was replaced, ``skipped`` maps each skipped tag to its number of lines,
     ``notes`` are sentences about how the file was understood, and ``doubts`` about what it was
-    hardly meant to hold, such as degrees. ``times`` ``(n,)`` (s) are those of a trajectory in
-    TUM's format.
+    hardly meant to hold, such as degrees. ``times`` ``(n,)`` (s) are those of a trajectory, and
+    ``w_first`` tells that its quaternions begin with w.
     """
 
     graph: PoseGraph
@@ -49,6 +49,7 @@ class GraphFile:
     notes: tuple[str, ...] = ()
     times: Array | None = None
     doubts: tuple[str, ...] = ()
+    w_first: bool = False
 
     @property
     def leaps(self) -> Indices:
@@ -63,10 +64,6 @@ class GraphFile:
         ends = np.sort(self.names[self.graph.edges].astype(np.str_), axis=1)
         found: Mask = self.graph.is_odometry & np.all(ends == sorted((i, j)), axis=1)
         return found
-
-    def by_id(self, poses: Array) -> Array:
-        """Return ``poses`` ``(n, …)`` by ascending id; the graph has a fixed vertex first."""
-        return np.asarray(poses[np.argsort(self.ids)])
 
     def remarks(self) -> list[str]:
         """Return a sentence for each thing that was replaced, skipped, assumed, or looks wrong."""

@@ -13,13 +13,20 @@ Source: Dellaert 2012, "Factor graphs and GTSAM", for the conventions of the fac
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam._words import counted
+from robust_slam.graphs.formats import BITS, PYFG
+from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses, steps_of
 
 if TYPE_CHECKING:
     import gtsam
@@ -42,10 +49,7 @@ def to_gtsam(
         ValueError: ``poses`` do not fit the graph.
     """
     checked = check_poses("poses", poses, graph)
-    try:
-        import gtsam
-    except ImportError:
-        raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
+    gtsam = _gtsam()
     plane = graph.group.DIMENSION == 2
     between = gtsam.BetweenFactorPose2 if plane else gtsam.BetweenFactorPose3
     prior = gtsam.PriorFactorPose2 if plane else gtsam.PriorFactorPose3
@@ -67,20 +71,88 @@ def poses_from_gtsam(values: gtsam.Values, graph: PoseGraph) -> Array:
     Raises:
         ValueError: a key is missing, or holds something other than a pose of the group.
     """
+    return _poses(values, graph, range(graph.n))
+
+
+def _poses(values: gtsam.Values, graph: PoseGraph, keys: Iterable[int]) -> Array:
+    at = values.atPose2 if graph.group.DIMENSION == 2 else values.atPose3
     try:
-        if graph.group.DIMENSION == 3:
-            return np.array([values.atPose3(key).matrix()[:3] for key in range(graph.n)])
-        plane = map(values.atPose2, range(graph.n))
-        return np.array([[pose.x(), pose.y(), pose.theta()] for pose in plane])
+        return np.array([_ours(at(key)) for key in keys])
     except RuntimeError as error:
         raise ValueError(
             f"values: {str(error).rstrip('.')}; give the values of this graph's factors"
         ) from None
 
 
-def _theirs(pose: Array) -> Any:  # noqa: ANN401 (a Pose2 or a Pose3)
-    import gtsam
+def from_gtsam(
+    factors: gtsam.NonlinearFactorGraph, values: gtsam.Values | None = None
+) -> GraphFile:
+    """Return the pose graph of GTSAM's between factors, and ``values`` as its poses.
 
+    Its ``ids`` are the keys, ascending, and its ``names`` those of symbols, such as x7. Of robust
+    noise the Gaussian part is taken. Which edges are odometry is found as for files, where the
+    letter of a symbol is the robot. Other factors, such as priors, are left out, with a note.
+
+    Raises:
+        ImportError: gtsam is not installed.
+        ValueError: there is no between factor of poses, they are of both groups or do not
+            connect all keys, a noise model is not Gaussian, or a value is missing.
+
+    Source: Dellaert 2012, for the conventions of the factors.
+    """
+    gtsam, others = _gtsam(), Counter[str]()
+    kinds = {gtsam.BetweenFactorPose2: [], gtsam.BetweenFactorPose3: []}  # type: ignore[var-annotated]
+    for factor in map(factors.at, range(factors.size())):
+        if type(factor) in kinds:
+            kinds[type(factor)].append(factor)
+        elif factor is not None:
+            others[type(factor).__name__] += 1
+    used = [found for found in kinds.values() if found]
+    if len(used) != 1:
+        raise ValueError("factors: give BetweenFactorPose2 or BetweenFactorPose3, and one of both")
+    keys = np.array([list(factor.keys()) for factor in used[0]], dtype=np.int64)
+    plane, ids = used[0] is kinds[gtsam.BetweenFactorPose2], np.unique(keys)
+    edges = np.searchsorted(ids, keys)
+    measured = np.array([_ours(factor.measured()) for factor in used[0]])
+    order = slice(None) if plane else _ROTATION_FIRST
+    information = np.array([_information(gtsam, factor) for factor in used[0]])
+    graph = PoseGraph(
+        ids.size,
+        edges,
+        measured,
+        information[:, order][:, :, order],
+        steps_of(edges, measured, ids >> BITS),
+    )
+    poses = None if values is None else _poses(values, graph, ids.tolist())
+    names = PYFG.names(ids) if np.all(ids >> BITS) else ids
+    notes = (f"left out {counted(count, 'factor')} {kind}" for kind, count in others.items())
+    return GraphFile(graph, poses, ids, names, notes=tuple(notes))
+
+
+def _information(gtsam: ModuleType, factor: Any) -> Array:  # noqa: ANN401 (a between factor)
+    noise = factor.noiseModel()
+    if isinstance(noise, gtsam.noiseModel.Robust):
+        noise = noise.noise()
+    if not isinstance(noise, gtsam.noiseModel.Gaussian):
+        raise ValueError(f"factors: the noise of {factor.keys()} is not Gaussian; give it sigmas")
+    return np.asarray(noise.R().T @ noise.R())
+
+
+def _gtsam() -> ModuleType:
+    try:
+        return import_module("gtsam")
+    except ImportError:
+        raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
+
+
+def _ours(pose: Any) -> Array:  # noqa: ANN401 (a Pose2 or a Pose3)
+    if hasattr(pose, "theta"):
+        return np.array([pose.x(), pose.y(), pose.theta()])
+    return np.asarray(pose.matrix()[:3])
+
+
+def _theirs(pose: Array) -> Any:  # noqa: ANN401 (a Pose2 or a Pose3)
+    gtsam = _gtsam()
     if pose.ndim == 1:
         return gtsam.Pose2(*pose.tolist())
     return gtsam.Pose3(gtsam.Rot3(pose[:, :3]), pose[:, 3])

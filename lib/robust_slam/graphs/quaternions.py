@@ -57,3 +57,9 @@ def on_grid(quaternion: Array) -> Array:
     smaller = np.where(np.arange(4) == top, 0.0, _STEP * np.round(unit / _STEP))
     largest = np.sqrt(1.0 - np.sum(smaller**2, axis=1, keepdims=True))
     return np.where(np.arange(4) == top, largest, smaller)
+
+
+def of(poses: Array) -> Array:
+    """Return the quaternions ``(k, 4)`` of poses ``(k, 3, 4)``, on the grid."""
+    # A copy, since SciPy 1.14 takes no array that is only to be read.
+    return on_grid(np.asarray(Rotation.from_matrix(se3.rotation(poses).copy()).as_quat()))

@@ -62,11 +62,8 @@ def read(
     line names, else that of the smallest id; the others follow by ascending id. Edges keep
     the order of the file.
 
-    These formats do not say which edges are odometry. Here it is, for each pair of ids that
-    are neighbours in ascending order, the first edge from the lower to the higher one, or
-    if there is none, the first edge back. Where few pairs have several, one that is like no
-    other step gives way to one that is. To change this, use
-    ``dataclasses.replace(graph, is_odometry=…)``.
+    These formats do not say which edges are odometry: ``steps_of`` tells, by the ids in ascending
+    order. To change this, use ``dataclasses.replace(graph, is_odometry=…)``.
 
     A trajectory is odometry, a step between consecutive poses. Its standard deviations
     ``odometry`` (m, rad), of each coordinate of a step, have to be given. ``closures`` is a

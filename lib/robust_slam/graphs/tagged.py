@@ -16,11 +16,10 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from robust_slam._arrays import Array, Ids, Indices, Mask
+from robust_slam._arrays import Array, Ids, Indices
 from robust_slam._words import so_do
-from robust_slam.graphs.doubts import FEW, Content, doubts
+from robust_slam.graphs.doubts import Content, doubts
 from robust_slam.graphs.graph_file import GraphFile, Names
 from robust_slam.graphs.group import group_of, upward
 from robust_slam.graphs.lines import (
@@ -35,7 +34,7 @@ from robust_slam.graphs.lines import (
     whole,
 )
 from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
-from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, steps_of
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
@@ -149,7 +148,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
         edges=number[ranks],
         measurement=found.measurement,
         information=found.information,
-        is_odometry=_steps(ranks, form.robots(ascending), found.measurement),
+        is_odometry=steps_of(ranks, found.measurement, form.robots(ascending)),
     )
     ids = ascending[order]
     ids.flags.writeable = False
@@ -331,40 +330,6 @@ def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
             f"no path of edges joins vertex {form.names(ascending[:1])[0]} to {named}{rest}; "
             "add an edge or drop these vertices",
         )
-
-
-def _steps(ranks: Indices, robots: Ids, measurement: Array) -> Mask:
-    """Return the mask ``(m,)`` of odometry; the rule is in ``read``."""
-    i, j = ranks.T
-    near = np.flatnonzero((np.abs(j - i) == 1) & (robots[i] == robots[j]))
-    pair = ranks[near].min(axis=1)
-    order = near[np.lexsort((near, j[near] < i[near], pair))]
-    _, first, count = np.unique(np.sort(pair), return_index=True, return_counts=True)
-    chosen, several = order[first], np.flatnonzero(count > 1)
-    if several.size and np.sum(count == 1) >= FEW:
-        strange = _strangeness(upward(ranks, measurement), order, chosen[count == 1])
-        for k in several:
-            how = strange[first[k] : first[k] + count[k]]
-            chosen[k] = order[first[k] + (0 if how[0] <= 1.0 else np.argmin(how))]
-    odometry = np.zeros(i.size, dtype=np.bool_)
-    odometry[chosen] = True
-    return odometry
-
-
-def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
-    """Return how far ``edges`` are from the three ``steps`` most alike, in ten usual gaps.
-
-    ``ahead`` ``(m, …)`` are the relative poses in one direction, and lengths count in steps.
-    """
-    group = group_of(ahead)
-    place = group.translation(ahead)
-    length = float(np.median(np.linalg.norm(place[steps], axis=1))) or 1.0
-    seen = np.concatenate([place / length, group.log(ahead)[:, group.DIMENSION :]], axis=1)
-    tree = KDTree(seen[steps])
-    # Of a step itself the nearest is the step.
-    usual = np.quantile(np.asarray(tree.query(seen[steps], k=4)[0])[:, -1], 0.9)
-    gaps = np.asarray(tree.query(seen[edges], k=3)[0])[:, -1]
-    return np.asarray(gaps / (10.0 * usual + np.finfo(float).tiny))
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

@@ -20,7 +20,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -236,8 +236,38 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     ids = np.arange(graph.n, dtype=np.int64)
     content = Content(graph, ids, poses=poses, w_first=drive.w_first)
     return GraphFile(
-        graph, poses, ids, ids, repaired, skipped, notes, drive.times, doubts(content)
+        graph,
+        poses,
+        ids,
+        ids,
+        repaired,
+        skipped,
+        notes,
+        drive.times,
+        doubts(content),
+        drive.w_first,
     )
+
+
+def other_orders(file: GraphFile) -> dict[str, PoseGraph]:
+    """Return the graph of a trajectory with w at the other end of its quaternions, in words.
+
+    There is also one in which the closures are read so too. There are none for other files.
+    """
+    graph, poses = file.graph, file.poses
+    if file.times is None or poses is None or poses.ndim == 2:
+        return {}
+    by, words = (1, "end") if file.w_first else (-1, "begin")
+    i, j = graph.edges.T
+    turned, steps = rolled(poses, by), graph.is_odometry[:, None, None]
+    ahead = graph.group.between(turned[i], turned[j])
+    closures = {"": graph.measurement, " and the closures": rolled(graph.measurement, -1)}
+    return {
+        f"with quaternions of the trajectory{more} that {words} with w": replace(
+            graph, measurement=np.where(steps, ahead, z)
+        )
+        for more, z in closures.items()
+    }
 
 
 def _steps_again(closures: Edges) -> tuple[str, ...]:

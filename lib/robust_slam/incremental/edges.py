@@ -144,18 +144,15 @@ class GrowingEdges:
         Raises:
             ValueError: as ``PoseGraph``.
         """
-        ends = np.asarray(edges)
-        k, dof = len(ends) if ends.ndim else 0, self.group.DOF
-        n = self.n
+        ends, n = np.asarray(edges), self.n
+        k = len(ends) if ends.ndim else 0
         if ends.ndim == 2 and ends.size and np.issubdtype(ends.dtype, np.integer):
             # Each further pose needs an edge of its own; others are refused by their names.
             n = min(max(n, int(ends.max()) + 1), n + k)
-        given = np.asarray(information)
-        spread = np.broadcast_to(given, (k, dof, dof)) if given.shape == (dof, dof) else given
         rows = {
             "edges": edges,
             "measurement": measurement,
-            "information": spread,
+            "information": information,
             "is_odometry": np.zeros(k, dtype=np.bool_) if is_odometry is None else is_odometry,
         }
         checked = checked_rows(n, self.group, rows)
