@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib.util
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,14 @@ def group(request):
 def seed(request):
     """Another seed each time; a test that needs more of them is parametrised itself."""
     return request.param
+
+
+@pytest.fixture(autouse=True)
+def _no_warning_escapes():
+    """A warning of NumPy or SciPy that a user would see is an error in each test."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        yield
 
 
 READING = ("doubts", "formats", "g2o", "graph_file", "lines", "matrices", "tagged", "trajectories")
@@ -49,7 +58,6 @@ def _as_the_page_reads(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(reading, "decoded", noted)
-        patched.setattr(of_factors, "decoded", noted)
         yield
     with (
         pytest.MonkeyPatch.context() as patched,

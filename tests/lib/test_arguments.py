@@ -1,5 +1,6 @@
 """A wrong argument is named with what to give; results and problems have a line and identity."""
 
+import copy
 import dataclasses
 import pickle
 import pkgutil
@@ -22,6 +23,7 @@ from robust_slam.estimators.mixtures import max_mixture
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
+from robust_slam.factors import park, solve_factors
 from robust_slam.graphs import g2o, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.gtsam_graph import to_gtsam
@@ -36,13 +38,17 @@ from robust_slam.problems import (
 from tests.lib.worlds import refused
 
 GRAPH, TRUTH = manhattan(30, 0, closures=8)
+FACTORS = park(40, 0)[0]
 
 
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda: irls(GRAPH, "cauchy"), TypeError, r"kernel is 'cauchy'; .*kernels.cauchy\(1.0\)"),
-        (lambda: irls(GRAPH, kernels.huber), TypeError, "kernel is huber; give a kernel with its"),
+        (lambda: irls(GRAPH, "tukey"), ValueError, "kernel is 'tukey'; give one of squared, hu"),
+        (lambda: irls(GRAPH, lambda z: z), TypeError, "kernel is <lambda>; give a kernel such as"),
+        (lambda: irls(GRAPH), TypeError, "give either a kernel, such as 'cauchy', or a loss"),
+        (lambda: irls(GRAPH, "huber", loss="huber"), TypeError, "give either a kernel, such as"),
+        (lambda: irls(GRAPH, "huber", c=0.0), ValueError, "k is 0.0; give a finite number above"),
         (lambda: irls(GRAPH, kernels.Kernel), TypeError, "kernel is Kernel; give"),
         (lambda: irls(GRAPH, 3.0), TypeError, "kernel is 3.0; give"),
         (lambda: gnc(GRAPH, x0=TRUTH[:-1]), ValueError, r"x0: the shape is \(29, 3\); give \(30"),
@@ -156,6 +162,27 @@ def test_a_used_problem_can_be_pickled_and_used_again(make):
     copy = pickle.loads(pickle.dumps(problem))
     np.testing.assert_array_equal(copy.initial(), x)
     np.testing.assert_array_equal(copy.solve(weights, x), problem.solve(weights, x))
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: GRAPH,
+        lambda: gnc(GRAPH),
+        lambda: irls(GRAPH, "huber"),
+        lambda: rs.solve(GRAPH),
+        lambda: solve_factors(FACTORS),
+        lambda: pcm(GRAPH),
+        lambda: certify(GRAPH, TRUTH)[1],
+        lambda: rs.GrowingMap(GRAPH),
+        lambda: FACTORS,
+    ],
+)
+def test_a_result_is_printed_pickled_and_copied(made):
+    one = made()
+    for again in (pickle.loads(pickle.dumps(one)), copy.copy(one), copy.deepcopy(one)):
+        assert repr(again) == repr(one) and str(again) == str(one)
+    assert str(one) == (one.summary() if hasattr(one, "summary") else repr(one))
 
 
 @pytest.mark.parametrize(

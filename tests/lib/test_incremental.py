@@ -1,5 +1,8 @@
 """A growing map withdraws and takes back closures, and ends where the batch ends."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from robust_slam import GrowingMap, solve
@@ -34,6 +37,23 @@ def replayed(graph, watch=lambda growing, pose: None):
         growing.add(**rows(graph, last == pose))
         watch(growing, pose)
     return growing
+
+
+@pytest.mark.parametrize("again", [copy.copy, lambda grown: pickle.loads(pickle.dumps(grown))])
+def test_a_robot_that_stops_goes_on_where_it_was(again):
+    graph, *_ = with_outliers(manhattan, 60, 0, 8, closures=30)
+    last = graph.edges.max(axis=1)
+    growing = replayed(PoseGraph(40, **rows(graph, last < 40)))
+    before, other = growing.kept.copy(), again(growing)
+    for pose in range(40, graph.n):
+        other.add(**rows(graph, last == pose))
+    np.testing.assert_array_equal(growing.kept, before)
+    whole = replayed(graph)
+    np.testing.assert_array_equal(other.kept, whole.kept)
+    assert_same_poses(graph.group, other.poses, whole.poses, atol=0.02)
+    older = growing.__getstate__() | {"version": 0}
+    with pytest.raises(ValueError, match=r"version 0 of its file, .* reads 1; add its edges to"):
+        GrowingMap.__new__(GrowingMap).__setstate__(older)
 
 
 @pytest.mark.parametrize(

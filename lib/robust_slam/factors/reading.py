@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,13 +32,13 @@ from robust_slam.graphs.lines import (
     Tag,
     Unknown,
     by_tag,
-    decoded,
     lines_of,
     rows_of,
     whole,
 )
 from robust_slam.graphs.matrices import information_of, row_by_row
 from robust_slam.graphs.quaternions import poses_of
+from robust_slam.graphs.reading import text_of
 from robust_slam.graphs.tagged import graph_of
 
 _SENSOR = "PARAMS_SE3OFFSET"
@@ -75,7 +75,7 @@ _FACTORS = _tags(_PLANE, 2, 3) | _tags(_SPACE, 3, 7)
 _TAGS = _FACTORS | {_SENSOR: Tag(1, 7)}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FactorFile:
     """The factor graph of a file, and the map of its vertices.
 
@@ -101,6 +101,11 @@ class FactorFile:
         ]
         rows += [("note", words) for words in (*self.notes, *self.doubts)]
         return "\n".join(f"{name:<10} {words}" for name, words in rows)
+
+    __str__ = summary
+
+    def __repr__(self) -> str:
+        return f"<FactorFile: {repr(self.graph)[1:-1]}>"
 
 
 def has_factors(path: str | os.PathLike[str]) -> bool:
@@ -134,7 +139,9 @@ def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") ->
     (<FactorGraph: 2 poses in SE(2), 1 landmark, 1 edge, 1 point>, [7, 9, 8])
     """
     try:
-        return _parsed(decoded(Path(path).read_bytes()), unknown)
+        text, commas = text_of(path)
+        found = _parsed(text, unknown)
+        return replace(found, notes=(*commas, *found.notes))
     except Fault as fault:
         raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
 

@@ -108,6 +108,8 @@ class FactorAnswer:
             rows.append(("time", "the limit ended the search"))
         return "\n".join(f"{name:<10} {text}" for name, text in rows)
 
+    __str__ = summary
+
 
 def solve_factors(
     graph: FactorGraph,

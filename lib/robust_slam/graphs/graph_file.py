@@ -27,7 +27,7 @@ def as_closure(named: str, edge: int) -> str:
     return f"--closure {named}, or False in is_odometry (entry {edge})"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GraphFile:
     """The content of a file.
 
@@ -50,6 +50,9 @@ class GraphFile:
     times: Array | None = None
     doubts: tuple[str, ...] = ()
     w_first: bool = False
+
+    def __repr__(self) -> str:
+        return f"<GraphFile: {repr(self.graph)[1:-1]}, {counted(len(self.remarks()), 'remark')}>"
 
     @property
     def leaps(self) -> Indices:
@@ -100,3 +103,5 @@ class GraphFile:
         return "\n".join(
             [self.graph.summary(), *(f"{'note':<10} {words}" for words in self.remarks())]
         )
+
+    __str__ = summary

@@ -23,13 +23,17 @@ LARGEST = 1e30
 """Beyond it (m or rad) a residual cannot be squared and weighed in double precision."""
 _DECIMAL = re.compile(r"[+-]?\d+(,\d+)?([eE][+-]?\d+)?")
 _MEANT = {
+    "SE3$": "write VERTEX_SE3:QUAT and EDGE_SE3:QUAT, without spaces",
+    "PRIOR:": "g2o writes EDGE_SE3_PRIOR i p, and PARAMS_SE3OFFSET p 0 0 0 0 0 0 1 once",
+    ":$": "this may be YAML, and a graph is lines of g2o",
+    r"^\d": "if it is a time, write it in seconds",
     "SIM3": "it is a similarity, with a scale, and this library estimates rigid poses; apply the "
     "scales and export EDGE_SE3:QUAT",
     "TUTORIAL_": "the tutorial of g2o writes such tags; take TUTORIAL_ out of them",
     ",": "fields are separated by spaces here; put them in place of the commas",
     ";": "fields are separated by spaces here; put them in place of the semicolons",
 }
-"""What an unknown tag with these letters means, and the remedy."""
+"""What an unknown tag with such letters means, and the remedy."""
 
 
 class Fault(Exception):
@@ -157,7 +161,7 @@ def by_tag(
 def _unknown(name: str, text: str, tags: Mapping[str, Tag], elsewhere: str) -> str:
     """Return what is said of a tag; to leave its lines out is a remedy if edges are left."""
     left = any(fields[0] in tags and tags[fields[0]].ids > 1 for _, fields in lines_of(text))
-    meant = [words for letters, words in _MEANT.items() if letters in name]
+    meant = [words for letters, words in _MEANT.items() if re.search(letters, name)]
     usual = ", ".join(each for each, tag in tags.items() if not tag.unused)
     remedy = ', or leave such lines out with unknown="skip"' if left else ""
     use = meant[0] if meant else f"use {usual}{remedy}{elsewhere}"

@@ -102,6 +102,8 @@ class PoseGraph:
         ]
         return "\n".join(f"{name:<10} {text}" for name, text in rows)
 
+    __str__ = summary
+
     @property
     def group(self) -> Group:
         """The module ``se2`` or ``se3`` of the poses."""

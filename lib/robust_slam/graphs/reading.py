@@ -32,6 +32,14 @@ _MAGIC = {
     b"PK\x03\x04": ("a zip file", "unpack it first"),
     b"BZh": ("packed with bzip2", "unpack it first"),
     b"\xfd7zXZ\0": ("packed with xz", "unpack it first"),
+    b"\xdb\x01\xf5\x5b\x7b\x1f\x1d\x7b": (
+        "a .pbstream of Cartographer",
+        "write its nodes and constraints as lines of g2o",
+    ),
+    b"{": ("JSON, such as nerfstudio's transforms.json", "write its poses as lines of TUM"),
+    b"\x93NUMPY": ("an array of NumPy", "make a graph of it by rs.PoseGraph"),
+    b"\x89HDF": ("an HDF5 file", "make a graph of its arrays by rs.PoseGraph"),
+    b"ply": ("a cloud of points", "it has no poses"),
 }
 """The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
 
@@ -97,7 +105,7 @@ def read(
     _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
     _check_word("unknown", unknown, get_args(Unknown))
     with _named(path):
-        text, commas = with_points(_text(path))
+        text, commas = text_of(path)
         form = _format(text)
         if form is not None:
             found = graph_of(text, form, indefinite, unknown)
@@ -109,21 +117,25 @@ def read(
     edges = None
     if closures is not None:
         with _named(closures):
-            edges = _closures(with_points(_text(closures))[0], indefinite, unknown)
+            edges = _closures(text_of(closures)[0], indefinite, unknown)
             trajectories.check_ends(edges, len(drive.poses))
     drive = replace(drive, notes=(*commas, *drive.notes))
     return trajectories.graph_of(drive, odometry, edges)
 
 
-def _text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a file, unless its first bytes are those of another kind of file."""
+def text_of(path: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
+    """Return the text of a file, with decimal points, and a sentence if it had decimal commas.
+
+    Raises:
+        Fault: it is of another kind, by its first bytes, or not UTF-8.
+    """
     if Path(path).is_dir():
         raise Fault(0, f"a folder is no file; if it is a ROS 2 bag, {_ROS_2}")
     content = Path(path).read_bytes()
     for magic, (kind, remedy) in _MAGIC.items():
         if content.startswith(magic):
             raise Fault(0, f"this is {kind}; {remedy}")
-    return decoded(content)
+    return with_points(decoded(content))
 
 
 def _format(text: str) -> Format | None:

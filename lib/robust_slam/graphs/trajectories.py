@@ -79,7 +79,13 @@ def drive_of(text: str) -> Drive:
             of a line is no rotation; or there are fewer than two poses.
     """
     lines, names = _table(text)
-    count = len(lines[0][1])
+    (first, fields), count = lines[0], len(lines[0][1])
+    if not is_real(fields[-1]) and count > 8:
+        raise Fault(
+            first,
+            f"{fields[-1]!r} is no number; images of COLMAP tell where the world is from the "
+            "camera, so invert them, order them by time, and write TUM's lines",
+        )
     for line, fields in lines:
         if len(fields) != count:
             raise Fault(line, f"the line has {len(fields)} numbers, the first one {count}")
@@ -129,6 +135,8 @@ def _named(names: str, count: int) -> tuple[int, ...] | None:
     turns = _together(words, "wxyz")
     if len(words) != count or not turns:
         return None
+    if not set(turns[0]) & set(turns[-1]):
+        raise Fault(0, "the names above tell of two poses in a line; leave the columns of one")
     places = [each for each in _together(words, "xyz") if not set(each) & set(turns[-1])]
     times = [k for k, word in enumerate(words) if word == "t" or re.search("time|stamp", word)]
     if not places or not times:
@@ -156,11 +164,14 @@ def _usual(first: Line, commas: bool) -> tuple[int, ...]:
         return _EUROC
     if count in (8, 12):
         return _TUM if count == 8 else _KITTI
-    decimal = "; decimal commas need semicolons between the numbers" if commas else ""
+    decimal = (
+        "; decimal commas need semicolons between the numbers" if commas and count > 12 else ""
+    )
     raise Fault(
         line,
         f"{count} numbers are no pose of a trajectory; give 8, as TUM does (time x y z qx qy qz "
-        "qw), or 12, as KITTI does ([R | t] row by row), or name the columns in a line above"
+        "qw), or 12, as KITTI does ([R | t] row by row, without a last row 0 0 0 1), or name the "
+        "columns in a line above; roll, pitch and yaw have to become a quaternion"
         f"{decimal}",
     )
 

@@ -12,6 +12,7 @@ are derived here.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 from math import inf
 from typing import TypeVar
@@ -22,19 +23,23 @@ from numpy.typing import ArrayLike, NDArray
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._deadline import Deadline
 from robust_slam._words import counted
+from robust_slam.certificates.optimality import MAX_SECONDS
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, residual_norms, rows_of
 from robust_slam.incremental.decisions import SIZE, State, agreeing, compatible, settled
 from robust_slam.incremental.edges import Growing, GrowingEdges, placed
 from robust_slam.incremental.window import Window
-from robust_slam.progress import stages
+from robust_slam.progress import Progress, stages
 from robust_slam.solver import Answer, solve
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import evidence, outlier_entropy
 from robust_slam.solver.noise import rescaled
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+VERSION = 1
+"""That of a pickled map; it grows with each change of what a map holds."""
 
 _SEARCH = 3.0
 """The whole search runs when there are so many times the closures that the last one had …"""
@@ -52,7 +57,8 @@ class GrowingMap:
     It begins with the map of ``graph``, whose odometry joins all poses; one edge is enough.
     ``probability`` and ``find_noise`` are those of ``solve``. Odometry is trusted. Where further
     closures contradict one that was kept, it is withdrawn, and one that was rejected returns
-    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far.
+    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far. A map can be
+    copied and, for a robot that stops, pickled: it goes on where it was.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
@@ -111,6 +117,21 @@ class GrowingMap:
         kept = f"{int(self.kept.sum()):,} of {counted(self.kept.size, 'edge')} kept"
         return f"<GrowingMap: {counted(len(self.poses), 'pose')}, {kept}>"
 
+    def __getstate__(self) -> dict[str, object]:
+        return {**vars(self), "_window": None, "version": VERSION}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        written = state.pop("version", None)
+        if written != VERSION:
+            raise ValueError(
+                f"this GrowingMap was written in version {written} of its file, and the library "
+                f"reads {VERSION}; add its edges to a new GrowingMap"
+            )
+        vars(self).update(state)
+
+    def __copy__(self) -> GrowingMap:
+        return deepcopy(self)
+
     def add(
         self,
         edges: ArrayLike,
@@ -155,10 +176,21 @@ class GrowingMap:
         if kept:
             self._search()
 
-    def answer(self) -> Answer:
-        """Return the answer of ``solve`` for ``graph``: its map, certificate and support."""
+    def answer(
+        self, *, progress: bool | Progress = False, max_seconds: float = MAX_SECONDS
+    ) -> Answer:
+        """Return the answer of ``solve`` for ``graph``: its map, certificate and support.
+
+        ``progress`` and ``max_seconds`` are those of ``solve``.
+        """
         probability, find_noise = self._options
-        return solve(self.graph, probability, find_noise=find_noise)
+        return solve(
+            self.graph,
+            probability,
+            find_noise=find_noise,
+            progress=progress,
+            max_seconds=max_seconds,
+        )
 
     @property
     def _closures(self) -> int:

@@ -359,6 +359,17 @@ def test_a_table_is_read_whatever_separates_and_names_its_columns(tmp_path, text
     (TUM.splitlines()[0], " one pose is no trajectory; give at least two"),
     ("# t x y\n1 2 3\n", "2: 3 numbers are no pose of a trajectory; give 8, as TUM does"),
     (table(",").replace("1.500", "1.500,"), "2: the line has 9 numbers, the first one 8"),
+    (
+        "a x,a y,a z,a qx,a qy,a qz,a qw,b qx,b qy,b qz,b qw\n" + "1," * 10 + "1\n",
+        " the names abo",
+    ),
+    ("#\n1 1 0 0 0 0 0 0 1 a.png\n5 5 -1\n", "2: 'a.png' is no number; images of COLMAP tell wh"),
+    (
+        "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n",
+        "1: 16 numbers are no pose of a trajectory; give 8, as TUM does (time x y z qx qy qz qw), "
+        "or 12, as KITTI does ([R | t] row by row, without a last row 0 0 0 1), or name the "
+        "columns in a line above; roll, pitch and yaw have to become a quaternion",
+    ),
     (KITTI.replace("0 -1 0 1", "0 -2 0 1"), "2: the left part of [R | t] is not a rotation"),
     (KITTI.replace("0 -1 0 1", "0 1 0 1"), "2: the left part of [R | t] is not a rotation"),
 )
@@ -418,6 +429,11 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
     (b"\x89MCAP0\r\n\x01", "this is an MCAP log, .*export its graph as g2o, or take its odom"),
     (b"\x1f\x8b\x08\x00", "this is packed with gzip; unpack it first"),
     (b"PK\x03\x04", "this is a zip file; unpack it first"),
+    (b"{'frames': []}", "this is JSON, such as nerfstudio's transforms.json; write its poses as"),
+    (
+        b"\xdb\x01\xf5\x5b\x7b\x1f\x1d\x7b",
+        "this is a .pbstream of Cartographer; write its nodes and",
+    ),
 )
 def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path, wrong, message):
     with pytest.raises(GraphFileError, match=rf"graph.g2o: {message}"):
