@@ -5,6 +5,7 @@ import dataclasses
 import pickle
 import pkgutil
 import re
+from functools import partial
 from importlib import import_module
 
 import numpy as np
@@ -24,7 +25,7 @@ from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.factors import park, solve_factors
-from robust_slam.graphs import g2o, spanning_tree
+from robust_slam.graphs import add_random_closures, g2o, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.gtsam_graph import to_gtsam
 from robust_slam.graphs.trajectories import write_tum
@@ -75,6 +76,17 @@ WRITE = [
     lambda graph, poses: g2o.write("no.g2o", graph, poses),
     lambda graph, poses: to_gtsam(graph, poses),
 ]
+
+
+def test_edges_that_are_trusted_are_kept_by_every_estimator_of_a_graph():
+    wrong, _ = add_random_closures(GRAPH, 1, 0, poses=TRUTH)
+    trusted = np.append(GRAPH.is_odometry, True)
+    for solve in (gnc, partial(irls, kernel="tls")):
+        assert not solve(wrong).kept[-1] and solve(wrong, trusted=trusted).kept[-1]
+    with pytest.raises(ValueError, match="trusted: it is for a pose graph; a problem has its own"):
+        gnc(PoseGraphProblem(GRAPH), trusted=trusted)
+    with pytest.raises(ValueError, match=r"the rows \[R | t\] of each: poses\[:, :3\]"):
+        rs.PoseGraph(2, [[0, 1]], np.eye(4)[None], np.eye(6))
 
 
 @pytest.mark.parametrize("take", [*TAKE_POSES, *WRITE, solve_certified])

@@ -66,12 +66,12 @@ Loss: TypeAlias = Callable[[Array], ArrayLike]
 def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kernel:
     """Return a kernel from one, from its name or constructor, or from a loss of SciPy.
 
-    ``scale`` is that of a kernel that has none yet. Of the names of SciPy "huber" and "cauchy"
-    are also those of ``KERNELS``, and "linear" is "squared". A ``Loss`` returns at least two rows
+    ``scale`` is for those that do not have one yet. A name is one of ``KERNELS`` or of SciPy:
+    "linear", "soft_l1", "huber", "cauchy", "arctan". A ``Loss`` returns at least two rows
     for z ``(m,)``; then the kernel is ρ(u) = ½ scale² ρ(z), with the weight ρ'(z).
 
     Raises:
-        TypeError: it is none of these.
+        TypeError: it is something else.
         ValueError: there is no kernel of that name, or ``scale`` is not above 0.
 
     Source: the documentation of ``scipy.optimize.least_squares`` for the loss.
@@ -85,10 +85,12 @@ def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kern
     if hasattr(given, "rho") and hasattr(given, "weight"):
         return given  # type: ignore[return-value]
     if isinstance(given, str):
-        known = {"linear": squared} | KERNELS
-        if given not in known:
-            raise ValueError(f"kernel is {given!r}; give one of {', '.join(KERNELS)}")
-        return known[given](scale)
+        if given in _OF_SCIPY:
+            return _of_loss(_OF_SCIPY[given], positive("scale", scale))
+        if given not in KERNELS:
+            known = ", ".join([*KERNELS, *_OF_SCIPY])
+            raise ValueError(f"kernel is {given!r}; give one of {known}")
+        return KERNELS[given](scale)
     if given in KERNELS.values():
         return given(scale)  # type: ignore[return-value]
     try:
@@ -99,6 +101,14 @@ def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kern
             "kernels.cauchy(1.0), a name such as 'cauchy', or a loss as SciPy takes it, of "
             "z = (u/scale)², which returns the rows ρ and ρ'"
         ) from None
+
+
+_OF_SCIPY: dict[str, Loss] = {
+    "linear": lambda z: np.stack([z, np.ones_like(z)]),
+    "soft_l1": lambda z: np.stack([2.0 * (np.sqrt(1.0 + z) - 1.0), 1.0 / np.sqrt(1.0 + z)]),
+    "arctan": lambda z: np.stack([np.arctan(z), 1.0 / (1.0 + z**2)]),
+}
+"""Losses of SciPy that are not among ``KERNELS``."""
 
 
 def _of_loss(loss: Loss, c: float) -> Kernel:

@@ -13,6 +13,7 @@ from math import inf
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import Kernel, Loss, as_kernel
@@ -46,6 +47,7 @@ def irls(
     *,
     loss: str | Loss | None = None,
     c: float | None = None,
+    trusted: ArrayLike | None = None,
     probability: float = 0.99,
     tol: float | None = None,
     max_iterations: int = 100,
@@ -58,8 +60,9 @@ def irls(
     place ``loss`` may be one of ``scipy.optimize.least_squares``, with ``c`` as its f_scale: a
     function of z = (u/c)² that returns the rows ρ, ρ' and ρ''.
 
-    ``problem`` may be a pose graph: see ``loop.prepare`` for its start and tolerance. For a
-    problem ``tol`` is 1e-12 by default. ``max_seconds`` is that of ``loop.reweight``.
+    ``problem`` may be a pose graph: see ``loop.prepare`` for its start and tolerance, and for the
+    edges that are ``trusted``. For a problem ``tol`` is 1e-12 by default. ``max_seconds`` is that
+    of ``loop.reweight``.
 
     The robust cost never increases, but the result depends on the start: a non-convex
     kernel has several stationary points.
@@ -87,5 +90,11 @@ def irls(
     scale = threshold_of(problem, probability) if c is None else c
     rule = IrlsRule(as_kernel(kernel or loss, scale))  # type: ignore[arg-type]  # one is there
     return reweight(
-        problem, rule, x0, tol=tol, max_iterations=max_iterations, max_seconds=max_seconds
+        problem,
+        rule,
+        x0,
+        trusted=trusted,
+        tol=tol,
+        max_iterations=max_iterations,
+        max_seconds=max_seconds,
     )

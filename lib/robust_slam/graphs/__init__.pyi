@@ -37,5 +37,6 @@ from .pose_graph import residual_norms as residual_norms
 from .pose_graph import select as select
 from .pose_graph import with_closures as with_closures
 from .reading import read as read
+from .reading import read_poses as read_poses
 from .trajectories import write_kitti as write_kitti
 from .trajectories import write_tum as write_tum

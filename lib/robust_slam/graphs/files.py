@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam.graphs import datasets, g2o
+from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.lines import Unknown
 from robust_slam.graphs.matrices import Indefinite
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -75,7 +76,7 @@ def find(source: str | os.PathLike[str]) -> Path:
 
 def save(
     path: str | os.PathLike[str],
-    graph: PoseGraph,
+    graph: PoseGraph | GraphFile,
     poses: ArrayLike | None = None,
     *,
     names: ArrayLike | None = None,
@@ -85,9 +86,9 @@ def save(
 
     ``.g2o`` takes the edges of ``graph`` and, if they are given, the ``poses`` ``(n, 3)`` or
     ``(n, 3, 4)`` as vertices. ``.tum`` and ``.kitti`` take the poses alone, by ascending name.
-    ``names`` ``(n,)`` are those of poses 0 to n - 1, such as ``read(path).ids``, by default these
-    numbers, and ``times`` ``(n,)`` (s) those of TUM, by default 0, 1, 2, …. The file is written at
-    once or not at all. ``g2o.write``, ``write_tum`` and ``write_kitti`` say how.
+    ``names`` ``(n,)`` are those of poses 0 to n - 1 and ``times`` ``(n,)`` (s) those of TUM; by
+    default both are 0, 1, 2, …, or those of a file that was read. The file is written at once or
+    not at all. ``g2o.write``, ``write_tum`` and ``write_kitti`` say how.
 
     Raises:
         TypeError: ``graph`` is not a pose graph, or there are no poses for a trajectory.
@@ -100,6 +101,10 @@ def save(
     >>> path.read_text()
     'EDGE_SE2 7 9 1.0 0.0 0.0 1.0 0.0 0.0 1.0 0.0 1.0\\n'
     """
+    if isinstance(graph, GraphFile):
+        names = graph.ids if names is None else names
+        times = graph.times if times is None else times
+        graph = graph.graph
     suffix = Path(path).suffix
     if suffix not in SUFFIXES:
         raise ValueError(f"{os.fspath(path)}: end it with {', '.join(SUFFIXES)}")

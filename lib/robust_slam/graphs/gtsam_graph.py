@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, Ids
 from robust_slam._words import counted
 from robust_slam.graphs.formats import BITS, PYFG
+from robust_slam.graphs.g2o import checked_names
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, steps_of
 
@@ -37,16 +38,17 @@ _ROTATION_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
 
 def to_gtsam(
-    graph: PoseGraph, poses: ArrayLike
+    graph: PoseGraph, poses: ArrayLike, names: ArrayLike | None = None
 ) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
     """Return GTSAM's factor graph of ``graph`` and its values at ``poses``.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``. The factors have the order of the edges, followed
-    by the prior on pose 0.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, and ``names`` ``(n,)`` their keys, such as the
+    ``ids`` of ``from_gtsam``, by default 0 to n − 1. The factors have the order of the edges,
+    followed by the prior on pose 0.
 
     Raises:
         ImportError: gtsam is not installed.
-        ValueError: ``poses`` do not fit the graph.
+        ValueError: ``poses`` or ``names`` do not fit the graph.
     """
     checked = check_poses("poses", poses, graph)
     gtsam = _gtsam()
@@ -56,22 +58,30 @@ def to_gtsam(
     order = slice(None) if plane else _ROTATION_FIRST
     information = graph.information[:, order][:, :, order]
     factors, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-    for (i, j), z, omega in zip(graph.edges.tolist(), graph.measurement, information, strict=True):
+    keys = _keys(names, graph)
+    edges = keys[graph.edges].tolist()
+    for (i, j), z, omega in zip(edges, graph.measurement, information, strict=True):
         factors.add(between(i, j, _theirs(z), gtsam.noiseModel.Gaussian.Information(omega)))
     noise = gtsam.noiseModel.Isotropic.Sigma(graph.group.DOF, _PRIOR_SIGMA)
-    factors.add(prior(0, _theirs(checked[0]), noise))
-    for key, pose in enumerate(checked):
+    factors.add(prior(int(keys[0]), _theirs(checked[0]), noise))
+    for key, pose in zip(keys.tolist(), checked, strict=True):
         values.insert(key, _theirs(pose))
     return factors, values
 
 
-def poses_from_gtsam(values: gtsam.Values, graph: PoseGraph) -> Array:
-    """Return the poses ``(n, 3)`` or ``(n, 3, 4)`` of keys 0 to n − 1.
+def _keys(names: ArrayLike | None, graph: PoseGraph) -> Ids:
+    return np.arange(graph.n) if names is None else checked_names(names, graph.n)
+
+
+def poses_from_gtsam(
+    values: gtsam.Values, graph: PoseGraph, names: ArrayLike | None = None
+) -> Array:
+    """Return the poses ``(n, 3)`` or ``(n, 3, 4)`` of the keys that ``to_gtsam`` gave them.
 
     Raises:
         ValueError: a key is missing, or holds something other than a pose of the group.
     """
-    return _poses(values, graph, range(graph.n))
+    return _poses(values, graph, _keys(names, graph).tolist())
 
 
 def _poses(values: gtsam.Values, graph: PoseGraph, keys: Iterable[int]) -> Array:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
+from robust_slam._arrays import Array
 from robust_slam.graphs import trajectories
 from robust_slam.graphs.formats import PYFG, TORO, read_id
 from robust_slam.graphs.g2o import G2O
@@ -121,6 +122,27 @@ def read(
             trajectories.check_ends(edges, len(drive.poses))
     drive = replace(drive, notes=(*commas, *drive.notes))
     return trajectories.graph_of(drive, odometry, edges)
+
+
+def read_poses(path: str | os.PathLike[str]) -> tuple[Array, Array | None]:
+    """Return the poses ``(n, 3, 4)`` of a trajectory and their times ``(n,)`` (s), if it has any.
+
+    Raises:
+        GraphFileError: the file is no trajectory, or as ``read``.
+        OSError: the file cannot be read.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "drive.tum"
+    >>> _ = path.write_text("0 0 0 0 0 0 0 1\\n1 2 0 0 0 0 0 1\\n")
+    >>> read_poses(path)[0][1, :, 3].tolist()
+    [2.0, 0.0, 0.0]
+    """
+    with _named(path):
+        text, _ = text_of(path)
+        if _format(text) is not None:
+            raise Fault(0, "it is a graph; rs.read(path).poses are those of its vertices")
+        drive = trajectories.drive_of(text)
+    return drive.poses, drive.times
 
 
 def text_of(path: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:

@@ -15,6 +15,7 @@ from robust_slam.graphs import g2o
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.graph_file import GraphFileError
 from robust_slam.graphs.pose_graph import relative_poses, unreached
+from robust_slam.graphs.reading import read_poses
 from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
@@ -287,6 +288,22 @@ def test_closures_of_another_file_make_it_a_graph(tmp_path, form, kind):
     np.testing.assert_array_equal(graph.translation[-1][:2], [1, 2])
     assert graph.information[-1][0, 0] == (4 if kind == "plane" else 101)
     assert rs.load(path, odometry=(0.05, 0.01), closures=closures).n == 30
+
+
+def test_poses_are_read_without_deviations_and_a_file_is_saved_under_its_names(tmp_path):
+    poses, times = TRUTHS["space"], 1e9 + np.arange(30.0)
+    write_tum(tmp_path / "a.tum", poses, times)
+    found, when = read_poses(tmp_path / "a.tum")
+    np.testing.assert_allclose(found, poses, atol=1e-12)
+    np.testing.assert_array_equal(when, times)
+    file = rs.read(tmp_path / "a.tum", odometry=(0.1, 0.1))
+    rs.save(tmp_path / "b.tum", file, poses)
+    assert (tmp_path / "a.tum").read_text() == (tmp_path / "b.tum").read_text()
+    with pytest.raises(GraphFileError, match=r"a.g2o: it is a graph; rs.read\(path\).poses are"):
+        read_poses(put(tmp_path, PLANE, "a.g2o"))
+    for suffix, these, words in (("txt", poses, "end it with .g2o"), ("tum", None, "poses alone")):
+        with pytest.raises((TypeError, ValueError), match=words):
+            rs.save(tmp_path / f"c.{suffix}", file, these)
 
 
 TUM = "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 1 1\n"

@@ -71,6 +71,10 @@ def test_factors_of_gtsam_come_back_as_the_graph(gtsam, group, seed):
     np.testing.assert_allclose(found.graph.information, graph.information, rtol=1e-9, atol=1e-9)
     assert_same_poses(group, found.graph.measurement, graph.measurement, atol=1e-13)
     assert_same_poses(group, found.poses, poses, atol=1e-13)
+    named = gtsam_graph.to_gtsam(graph, poses, names=np.arange(12) + 100)
+    assert gtsam_graph.from_gtsam(*named).ids.tolist() == list(range(100, 112))
+    back = gtsam_graph.poses_from_gtsam(named[1], graph, names=np.arange(12) + 100)
+    assert_same_poses(group, back, poses, atol=1e-13)
     assert "left out 1 factor PriorFactorPose" in found.summary()
 
 
