@@ -29,12 +29,7 @@ from robust_slam.graphs import add_random_closures, g2o, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.gtsam_graph import to_gtsam
 from robust_slam.graphs.trajectories import write_tum
-from robust_slam.problems import (
-    LinearProblem,
-    LocationProblem,
-    PoseGraphProblem,
-    RotationProblem,
-)
+from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, RotationProblem
 
 from tests.lib.worlds import refused
 
@@ -90,10 +85,7 @@ def test_edges_that_are_trusted_are_kept_by_every_estimator_of_a_graph():
 
 
 @pytest.mark.parametrize("take", [*TAKE_POSES, *WRITE, solve_certified])
-@refused(
-    (TRUTH[:-1], "poses: the shape"),
-    (np.full((30, 3), np.nan), "poses: the entry"),
-)
+@refused((TRUTH[:-1], "poses: the shape"), (np.full((30, 3), np.nan), "poses: the entry"))
 def test_poses_that_do_not_fit_are_refused_by_name(take, wrong, message):
     with pytest.raises(ValueError, match=message):
         take(GRAPH, wrong)

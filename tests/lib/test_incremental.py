@@ -66,8 +66,7 @@ def test_after_the_last_edge_the_answer_is_that_of_the_batch(make, n, options, c
     graph, is_outlier, *_ = with_outliers(make, n, seed, count, **options)
     order, wrong = in_order(graph), []
     growing = replayed(
-        graph,
-        lambda grown, pose: wrong.append(grown.kept & is_outlier[order][: grown.kept.size]),
+        graph, lambda grown, pose: wrong.append(grown.kept & is_outlier[order][: grown.kept.size])
     )
     # The noise is found with random signs, one for each edge in its place.
     batch, answer = solve(PoseGraph(n, **rows(graph, order))), growing.answer()

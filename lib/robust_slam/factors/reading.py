@@ -26,16 +26,7 @@ from robust_slam.graphs import se3
 from robust_slam.graphs.doubts import few_digits
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import (
-    Fault,
-    Rows,
-    Tag,
-    Unknown,
-    by_tag,
-    lines_of,
-    rows_of,
-    whole,
-)
+from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, lines_of, rows_of, whole
 from robust_slam.graphs.matrices import information_of, row_by_row
 from robust_slam.graphs.quaternions import poses_of
 from robust_slam.graphs.reading import text_of

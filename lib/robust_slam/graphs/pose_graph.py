@@ -334,6 +334,24 @@ def deviations(graph: PoseGraph) -> tuple[Array, Array]:
     return np.sqrt(variances[:, :d].mean(axis=1)), np.sqrt(variances[:, d:].mean(axis=1))
 
 
+def precisions(graph: PoseGraph) -> tuple[Array, Array]:
+    """Return κ ``(m,)``, without a unit, and τ ``(m,)`` in 1/m², the precisions of each edge.
+
+    In SE(2) κ = Ω_θθ and τ = 2 / tr(Ω_tt⁻¹), in SE(3) κ = 3 / (2 tr(Ω_RR⁻¹)) and
+    τ = 3 / tr(Ω_tt⁻¹), where Ω_tt and Ω_RR are the diagonal blocks of the information. As
+    ‖R − I‖²_F ≈ 2 θ², a small angle costs κ · 2 θ²: in SE(3) as much as in the logarithm
+    cost without its ½, in SE(2) twice as much. Both definitions are those of SE-Sync.
+
+    Source: Rosen et al. 2019, the appendix on the measurements' concentration parameters.
+    """
+    d = graph.group.DIMENSION
+    turned, moved = graph.information[:, d:, d:], graph.information[:, :d, :d]
+    trace = np.trace(np.linalg.inv(moved), axis1=1, axis2=2)
+    if d == 2:
+        return turned[:, 0, 0].copy(), d / trace
+    return 1.5 / np.trace(np.linalg.inv(turned), axis1=1, axis2=2), d / trace
+
+
 def _described(graph: PoseGraph, chosen: Mask) -> str:
     """Return the number of the ``chosen`` edges with their typical standard deviations."""
     if not np.any(chosen):

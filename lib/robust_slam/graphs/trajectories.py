@@ -32,16 +32,7 @@ from robust_slam.graphs import quaternions, se2, se3
 from robust_slam.graphs.doubts import Content, doubts, rolled
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.group import group_of
-from robust_slam.graphs.lines import (
-    Fault,
-    Line,
-    Rows,
-    Tag,
-    check_near,
-    is_real,
-    rows_of,
-    whole,
-)
+from robust_slam.graphs.lines import Fault, Line, Rows, Tag, check_near, is_real, rows_of, whole
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.graphs.rotations import nearest_rotations
 from robust_slam.graphs.tagged import Edges

@@ -207,10 +207,7 @@ def test_pyfg_in_space_is_that_of_g2o_with_a_time_and_the_inverse(tmp_path):
     ),
     (PYFG_PLANE.replace("A10 B2 1", "A10 A10 1"), "5: the edge joins vertex A10 to itself"),
     (PYFG_PLANE.replace("A10 B2 1", "A10 B3 1"), "5: vertex B3 is missing; add its line"),
-    (
-        PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")],
-        " no path of edges joins vertex A9 to",
-    ),
+    (PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")], " no path of edges joins vertex A9 to"),
     (TORO_PLANE.replace("13 2 3\n", "13 2\n", 1), "3: EDGE2 has 10 fields behind it; give 11"),
 )
 def test_what_is_wrong_is_named_by_the_ids_of_the_file(tmp_path, wrong, message):
