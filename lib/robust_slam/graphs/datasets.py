@@ -62,7 +62,7 @@ class DownloadFailed(OSError):
 
 
 def load(name: str) -> PoseGraph:
-    """Return a public graph, of the ``NAMES``, without a download; it raises what ``find`` does."""
+    """Return a public graph, of the ``NAMES``, without a download, or raise what ``find`` does."""
     return read(find(name)).graph
 
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 
 from robust_slam._arrays import Array, Ids, Indices, Mask
 
+Number = TypeVar("Number", int, float)
 Unknown: TypeAlias = Literal["raise", "skip"]
 ReadId: TypeAlias = Callable[[str], int | None]
 """Return the whole number of an id, or None where the field is not one."""
@@ -45,10 +46,10 @@ class Fault(Exception):
 
 @dataclass(frozen=True)
 class Tag:
-    """What stands behind a tag: time stamps, ids, numbers without a use, then numbers.
+    """What stands behind a tag: time stamps and ids, numbers without a use, then numbers.
 
-    The time stamps are not used either. A line with ``many`` ids counts as a line for each of
-    them. The last numbers are an upper triangle ``half``, if there is one, such as it may be.
+    A line with ``many`` ids counts as a line for each of them. The last numbers are an upper
+    triangle ``half``, if there is one, such as it may be.
     """
 
     ids: int
@@ -134,8 +135,8 @@ def by_tag(
 ) -> tuple[dict[str, list[Line]], dict[str, int]]:
     """Return the lines of each of the ``tags``, and the number of lines of each skipped tag.
 
-    Tags that begin with one of the words ``passed`` are skipped whatever ``unknown`` says.
-    ``elsewhere`` ends the message about a tag that is unknown.
+    Tags that begin with a word of ``passed`` are skipped in any case, and ``elsewhere`` ends the
+    message about a tag that is unknown.
 
     Raises:
         Fault: a line has the wrong number of fields, or an unknown tag.
@@ -192,9 +193,11 @@ def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> R
     for line, fields in lines:
         number.append(line)
         for k in (*range(1, first), *range(last, numbers_from)):
-            _real(line, k, fields[k])
-        ids.append([_id(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
-        numbers.append([_real(line, k, fields[k]) for k in range(numbers_from, end)])
+            _read(line, k, fields[k], real, "a number")
+        ids.append([_read(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
+        numbers.append(
+            [_read(line, k, fields[k], real, "a number") for k in range(numbers_from, end)]
+        )
     rows = Rows(
         np.array(number, dtype=np.int64),
         np.array(ids, dtype=np.int64).reshape(len(ids), tag.ids),
@@ -223,12 +226,7 @@ def whole(field: str) -> int | None:
     return int(field) if digits and int(field) <= LARGEST_ID else None
 
 
-def is_real(field: str) -> bool:
-    """Tell whether a field is a number."""
-    return _number(field) is not None
-
-
-def _number(field: str) -> float | None:
+def real(field: str) -> float | None:
     """Return a number: float() would also accept '1_0' and digits of other scripts."""
     try:
         return float(field) if "_" not in field and field.isascii() else None
@@ -236,20 +234,11 @@ def _number(field: str) -> float | None:
         return None
 
 
-def _id(line: int, place: int, field: str, read_id: ReadId, ids_are: str) -> int:
-    found = read_id(field)
+def _read(
+    line: int, place: int, field: str, read: Callable[[str], Number | None], wanted: str
+) -> Number:
+    found = read(field)
     if found is None:
-        raise _misread(line, place, field, ids_are)
+        comma = ", with a point in place of the comma" if "," in field and read is real else ""
+        raise Fault(line, f"field {place} is {field[:40]!r}; give {wanted}{comma}")
     return found
-
-
-def _real(line: int, place: int, field: str) -> float:
-    number = _number(field)
-    if number is None:
-        comma = ", with a point in place of the comma" if "," in field else ""
-        raise _misread(line, place, field, f"a number{comma}")
-    return number
-
-
-def _misread(line: int, place: int, field: str, wanted: str) -> Fault:
-    return Fault(line, f"field {place} is {field[:40]!r}; give {wanted}")

@@ -39,16 +39,15 @@ ROWS = ("edges", "measurement", "information", "is_odometry")
 class PoseGraph:
     """Relative poses between ``n`` poses, numbered from 0.
 
-    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j in the
-    frame of i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t];
-    ``information`` ``(m, D, D)`` its inverse covariance, or ``(D, D)`` for all; ``is_odometry``
-    ``(m,)`` tells odometry from loop closures, and is by default found as in ``steps_of``. The
-    arrays are copied and read-only. Graphs are equal if all numbers are.
+    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j in the frame of
+    i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t]; ``information``
+    ``(m, D, D)``, or ``(D, D)`` for all, its inverse covariance; ``is_odometry`` ``(m,)`` tells
+    odometry from loop closures, by default as ``steps_of``. The arrays are copied and read-only.
+    Graphs are equal if all numbers are.
 
     Raises:
-        ValueError: a shape is wrong, an entry is not finite, an index is out of range, a
-            matrix is not a rotation, an information matrix is not symmetric and positive
-            definite, or a pose is not connected to pose 0.
+        ValueError: a shape is wrong, an entry is not finite, an index is out of range, a matrix is
+            not a rotation, or not symmetric and positive definite, or a pose is not connected.
 
     >>> graph = PoseGraph(3, [[0, 1], [1, 2], [0, 2]], [[1, 0, 0], [1, 0, 0], [1.9, 0, 0]],
     ...                   np.eye(3))
@@ -87,10 +86,9 @@ class PoseGraph:
         return f"<PoseGraph: {self.n:,} poses in {kind}, {edges}>"
 
     def summary(self) -> str:
-        """Return a small table: poses, edges, sessions and the typical precision.
+        """Return a table of poses, sessions, which odometry connects, and edges.
 
-        A session is a set of poses that odometry connects. The deviations are medians, in m
-        and in degrees, of one axis.
+        Their deviations are medians, in m and in degrees, of one axis.
         """
         sessions = int(connected_parts(self.n, self.edges[self.is_odometry]).max()) + 1
         odometry, closures = self.is_odometry, ~self.is_odometry
@@ -133,9 +131,9 @@ class PoseGraph:
 
 
 def checked_rows(n: int, group: Group, rows: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-    """Return the arrays of ``PoseGraph``, which have a row for each edge, checked and read-only.
+    """Return the ``rows`` of ``PoseGraph`` by their names, checked and read-only.
 
-    ``rows`` holds them by their names. Whether the edges connect the ``n`` poses is not checked.
+    Whether the edges connect the ``n`` poses is not checked.
 
     Raises:
         ValueError: as ``PoseGraph``.
@@ -197,16 +195,12 @@ def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
 
 
 def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
-    """Return the graph of ``n`` poses whose ``rows`` by name ``checked_rows`` has seen.
-
-    Nothing is checked again, nor whether they connect all poses, and nothing is copied.
-    """
+    """Return the graph of ``rows`` that ``checked_rows`` has seen, with nothing copied."""
     graph = object.__new__(PoseGraph)
     object.__setattr__(graph, "n", n)
     for name in ROWS:
-        value = rows[name]
-        value.flags.writeable = False
-        object.__setattr__(graph, name, value)
+        rows[name].flags.writeable = False
+        object.__setattr__(graph, name, rows[name])
     return graph
 
 
@@ -281,10 +275,9 @@ def checked_information(told: str, value: ArrayLike, m: int, dof: int) -> Array:
 
 
 def out_of_range(spectrum: NDArray[np.floating], limit: float = 1e60) -> Mask:
-    """Return which matrices have an eigenvalue beyond ±``limit``, or in (0, 1 / limit).
+    """Return which spectra ``(k, D)``, ascending, go beyond ±``limit``, or into (0, 1 / limit).
 
-    ``spectrum`` ``(k, D)`` holds the eigenvalues of each, ascending. Beyond 1e60 their
-    determinants do not fit double precision.
+    Beyond 1e60 the determinants of matrices do not fit double precision.
     """
     smallest, largest = spectrum[:, 0], spectrum[:, -1]
     size = np.maximum(largest, -smallest)
@@ -311,9 +304,9 @@ def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
 
 
 def connected_parts(n: int, edges: Indices) -> Indices:
-    """Return for each of ``n`` poses the number ``(n,)`` of the part that ``edges`` connect.
+    """Return for each of ``n`` poses the number ``(n,)`` of its part; ``edges`` are ``(m, 2)``.
 
-    Parts are numbered from 0 in the order of their smallest poses; ``edges`` are ``(m, 2)``.
+    Parts are numbered from 0 in the order of their smallest poses.
     """
     i, j = edges.T
     # Most graphs join each pose to the next one, and this is quickly seen.
@@ -338,9 +331,9 @@ def precisions(graph: PoseGraph) -> tuple[Array, Array]:
     """Return κ ``(m,)``, without a unit, and τ ``(m,)`` in 1/m², the precisions of each edge.
 
     In SE(2) κ = Ω_θθ and τ = 2 / tr(Ω_tt⁻¹), in SE(3) κ = 3 / (2 tr(Ω_RR⁻¹)) and
-    τ = 3 / tr(Ω_tt⁻¹), where Ω_tt and Ω_RR are the diagonal blocks of the information. As
-    ‖R − I‖²_F ≈ 2 θ², a small angle costs κ · 2 θ²: in SE(3) as much as in the logarithm
-    cost without its ½, in SE(2) twice as much. Both definitions are those of SE-Sync.
+    τ = 3 / tr(Ω_tt⁻¹), where Ω_tt and Ω_RR are blocks of the information, as in SE-Sync. As
+    ‖R − I‖²_F ≈ 2 θ², a small angle costs κ · 2 θ²: in SE(3) as much as in the logarithm cost
+    without its ½, in SE(2) twice as much.
 
     Source: Rosen et al. 2019, the appendix on the measurements' concentration parameters.
     """
@@ -456,10 +449,9 @@ def cost(graph: PoseGraph, poses: Array, weights: Array | None = None) -> float:
 def linearise(graph: PoseGraph, relative: Array, r: Array) -> Array:
     """Return the Jacobians of the residuals as two factors, ``(2, m, D, D)``.
 
-    ``relative`` are the ``relative_poses`` and ``r`` ``(m, D)`` their residuals. Poses are
-    perturbed on the right, x ∘ Exp(δ). The first factor is J_j = Jr⁻¹(r), the Jacobian by
-    pose j. The second is −Ad(x_j⁻¹ ∘ x_i), and the Jacobian by pose i is the product
-    J_i = −J_j Ad(x_j⁻¹ ∘ x_i).
+    ``relative`` are the ``relative_poses`` and ``r`` ``(m, D)`` their residuals, perturbed on the
+    right, x ∘ Exp(δ). The first factor is J_j = Jr⁻¹(r), the Jacobian by pose j. With the
+    second, −Ad(x_j⁻¹ ∘ x_i), that by pose i is J_i = −J_j Ad(x_j⁻¹ ∘ x_i).
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
@@ -481,8 +473,7 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
     """Return ``graph`` with only the edges that the mask ``used`` ``(m,)`` marks.
 
     Raises:
-        ValueError: ``used`` is not a boolean mask over the edges (indices are refused), or
-            the marked edges do not connect every pose to pose 0.
+        ValueError: ``used`` is not a boolean mask, or the marked edges do not connect all poses.
 
     >>> graph = PoseGraph(2, [[0, 1], [1, 0]], [[1, 0, 0], [5, 0, 0]], np.eye(3))
     >>> select(graph, graph.is_odometry)

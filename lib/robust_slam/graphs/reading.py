@@ -15,7 +15,7 @@ from robust_slam.graphs import trajectories
 from robust_slam.graphs.formats import PYFG, TORO, read_id
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of, with_points
+from robust_slam.graphs.lines import Fault, Unknown, decoded, lines_of, real, with_points
 from robust_slam.graphs.matrices import Indefinite, Repair
 from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
 
@@ -163,7 +163,7 @@ def text_of(path: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
 def _format(text: str) -> Format | None:
     """Return the format of a text; None is a trajectory, whose lines have no tags."""
     for k, (_, fields) in enumerate(lines_of(text)):
-        if k < _AHEAD and is_real(re.split("[,;]", fields[0])[0]):
+        if k < _AHEAD and real(re.split("[,;]", fields[0])[0]) is not None:
             return None
         # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
         if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):

@@ -32,7 +32,7 @@ from robust_slam.graphs import quaternions, se2, se3
 from robust_slam.graphs.doubts import Content, doubts, rolled
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.group import group_of
-from robust_slam.graphs.lines import Fault, Line, Rows, Tag, check_near, is_real, rows_of, whole
+from robust_slam.graphs.lines import Fault, Line, Rows, Tag, check_near, real, rows_of, whole
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.graphs.rotations import nearest_rotations
 from robust_slam.graphs.tagged import Edges
@@ -71,7 +71,7 @@ def drive_of(text: str) -> Drive:
     """
     lines, names = _table(text)
     (first, fields), count = lines[0], len(lines[0][1])
-    if not is_real(fields[-1]) and count > 8:
+    if real(fields[-1]) is None and count > 8:
         raise Fault(
             first,
             f"{fields[-1]!r} is no number; images of COLMAP tell where the world is from the "
@@ -103,7 +103,7 @@ def _table(text: str) -> tuple[list[Line], str]:
     for number, content in enumerate(text.split("\n"), start=1):
         data, _, comment = content.partition("#")
         fields = _fields(data)
-        if fields and (lines or is_real(fields[0])):
+        if fields and (lines or real(fields[0]) is not None):
             lines.append((number, fields))
         elif not lines:
             names = data.strip() or comment.strip() or names
