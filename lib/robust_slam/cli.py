@@ -279,17 +279,12 @@ def _solve_factors(path: Path, options: argparse.Namespace) -> int:
         rs.save(options.out, relative, answer.poses, names=ids[: relative.n])
         print(f"{'poses':<10} {options.out}, without landmarks, priors and GPS")
     if options.plot is not None:
-        _plot(options.plot, relative, answer.poses, answer.kept[file.graph.slices["relative"]])
+        _plot(options.plot, relative, answer.poses, answer.kept[: len(relative.edges)])
         print(f"{'plot':<10} {options.plot}")
     if options.rejected is not None:
-        norms = FactorEquations(file.graph).norms(answer.x)
-        named = (
-            " ".join(str(ids[node]) for node in file.graph.ends[k] if node != FRAME)
-            for k in answer.rejected
-        )
-        lines = (
-            f"{ends} {norms[k]:.4g}\n" for ends, k in zip(named, answer.rejected, strict=True)
-        )
+        norms, ends = FactorEquations(file.graph).norms(answer.x), file.graph.ends
+        named = [[str(ids[node]) for node in each if node != FRAME] for each in ends]
+        lines = (f"{' '.join(named[k])} {norms[k]:.4g}\n" for k in answer.rejected)
         write_lines(options.rejected, lines)
         print(f"{'rejected':<10} {options.rejected}")
     return _DOUBTFUL

@@ -103,15 +103,6 @@ def test_weights_that_do_not_fit_are_refused_by_name(take, wrong, message):
         take(GRAPH, wrong)
 
 
-@pytest.mark.parametrize("name", ["gnc", "ate", "GraphFile", "gauss_newton", "pcm", "certify"])
-def test_a_name_of_a_folder_is_looked_up_there(name):
-    with pytest.raises(AttributeError, match=rf"has no {name}; it is robust_slam\.") as caught:
-        getattr(rs, name)
-    folder, _, found = re.search(r"it is (\S+)", str(caught.value))[1].rpartition(".")
-    assert hasattr(import_module(folder), found)
-    assert not hasattr(rs, "no_such_name")
-
-
 def test_what_the_package_lists_is_there():
     for name in re.findall(r"^- ``(\w+)``", rs.__doc__, re.M):
         assert getattr(rs, name).__name__ == f"robust_slam.{name}"

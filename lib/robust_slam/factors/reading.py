@@ -100,11 +100,7 @@ class FactorFile:
 
 
 def has_factors(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a file has landmarks, priors or GPS in lines that ``read_factors`` knows.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
+    """Tell whether a file has lines of landmarks, priors or GPS; it may raise an OSError."""
     text = Path(path).read_bytes().decode("utf-8", errors="replace")
     return any(fields[0] in _FACTORS for _, fields in lines_of(text))
 

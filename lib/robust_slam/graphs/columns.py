@@ -20,15 +20,14 @@ _NAMES = ("x", "y", "theta"), ("x", "y", "z", "qx", "qy", "qz", "qw")
 def to_columns(graph: PoseGraph) -> dict[str, NDArray[Any]]:
     """Return the edges as columns ``(m,)`` by their names, as ``pandas.DataFrame`` takes them.
 
-    These are ``i`` and ``j``; the measurement, ``x``, ``y`` (m) and ``theta`` (rad), or ``x`` to
-    ``z`` and the quaternion ``qx`` to ``qw``; the claimed deviations ``sigma_m`` (m) and
-    ``sigma_rad`` (rad) of a coordinate and of an axis; and ``is_odometry``.
+    These are ``i``, ``j``, the measurement, ``x`` and ``y`` (m) and ``theta`` (rad) or ``x`` to
+    ``z`` and ``qx`` to ``qw``, the claimed deviations ``sigma_m`` (m) of a coordinate and
+    ``sigma_rad`` (rad) of an axis, and ``is_odometry``.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
 
-    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0.5]], 4 * np.eye(3))
-    >>> {name: column.tolist() for name, column in to_columns(graph).items()}["theta"]
+    >>> to_columns(PoseGraph(2, [[0, 1]], [[1, 0, 0.5]], 4 * np.eye(3)))["theta"].tolist()
     [0.5]
     """
     z, plane = check_graph(graph).measurement, graph.group.DIMENSION == 2
@@ -42,15 +41,12 @@ def to_columns(graph: PoseGraph) -> dict[str, NDArray[Any]]:
 
 
 def to_rows(graph: PoseGraph) -> list[tuple[int, int, dict[str, Any]]]:
-    """Return a row (i, j, columns) for each edge, as ``networkx.MultiDiGraph`` takes them.
-
-    The columns are those of ``to_columns``.
+    """Return (i, j, other columns) for each edge, as ``networkx.MultiDiGraph`` takes them.
 
     Raises:
-        TypeError: ``graph`` is not a pose graph.
+        TypeError: as ``to_columns``.
 
-    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0.5]], 4 * np.eye(3))
-    >>> to_rows(graph)[0][2]["sigma_m"]
+    >>> to_rows(PoseGraph(2, [[0, 1]], [[1, 0, 0.5]], 4 * np.eye(3)))[0][2]["sigma_m"]
     0.5
     """
     columns = {name: column.tolist() for name, column in to_columns(graph).items()}

@@ -84,11 +84,10 @@ def save(
 ) -> None:
     """Write a graph or its poses, in the format that the suffix of ``path`` names.
 
-    ``.g2o`` takes the edges of ``graph`` and, if they are given, the ``poses`` ``(n, 3)`` or
-    ``(n, 3, 4)`` as vertices. ``.tum`` and ``.kitti`` take the poses alone, by ascending name.
-    ``names`` ``(n,)`` are those of poses 0 to n - 1 and ``times`` ``(n,)`` (s) those of TUM; by
-    default both are 0, 1, 2, …, or those of a file that was read. The file is written at once or
-    not at all. ``g2o.write``, ``write_tum`` and ``write_kitti`` say how.
+    ``.g2o`` takes the edges and, if they are given, the ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` as
+    vertices. ``.tum`` and ``.kitti`` take the poses alone, by ascending name. ``names`` ``(n,)``
+    and ``times`` ``(n,)`` (s) are by default those of a file that was read, or 0, 1, 2, …. The
+    file is written at once or not at all.
 
     Raises:
         TypeError: ``graph`` is not a pose graph, or there are no poses for a trajectory.

@@ -15,7 +15,7 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import replace
 from math import inf
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,14 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._deadline import Deadline
 from robust_slam._words import counted
-from robust_slam.certificates.optimality import MAX_SECONDS
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, residual_norms, rows_of
 from robust_slam.incremental.decisions import SIZE, State, agreeing, compatible, settled
 from robust_slam.incremental.edges import Growing, GrowingEdges, placed
 from robust_slam.incremental.window import Window
-from robust_slam.progress import Progress, stages
+from robust_slam.progress import stages
 from robust_slam.solver import Answer, solve
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import evidence, outlier_entropy
@@ -176,21 +175,10 @@ class GrowingMap:
         if kept:
             self._search()
 
-    def answer(
-        self, *, progress: bool | Progress = False, max_seconds: float = MAX_SECONDS
-    ) -> Answer:
-        """Return the answer of ``solve`` for ``graph``: its map, certificate and support.
-
-        ``progress`` and ``max_seconds`` are those of ``solve``.
-        """
+    def answer(self, **options: Any) -> Answer:  # noqa: ANN401
+        """Return the answer of ``solve`` for ``graph``, with its ``options``, such as progress."""
         probability, find_noise = self._options
-        return solve(
-            self.graph,
-            probability,
-            find_noise=find_noise,
-            progress=progress,
-            max_seconds=max_seconds,
-        )
+        return solve(self.graph, probability, find_noise=find_noise, **options)
 
     @property
     def _closures(self) -> int:

@@ -29,14 +29,6 @@ def test_each_factor_is_half_the_square_of_its_edge(gtsam, group, seed):
     np.testing.assert_allclose(2.0 * np.array(halves), pose_graph.squared_norms(graph, poses))
 
 
-def test_poses_go_there_and_come_back(gtsam, group):
-    poses, graph = random_graph(6, group, n=12, m=14)
-    _, values = gtsam_graph.to_gtsam(graph, poses)
-    back = gtsam_graph.poses_from_gtsam(values, graph)
-    assert back.shape == poses.shape
-    assert_same_poses(group, back, poses, atol=1e-13)
-
-
 @pytest.mark.parametrize("name", ["tinyGrid3D", "smallGrid3D"])
 def test_on_public_graphs_both_end_at_the_same_cost(gtsam, name):
     graph = public_graph(name)
