@@ -42,8 +42,7 @@ class Content:
     """What a file was read as: the ``graph``, the ``names`` of its poses, and what was written.
 
     ``lines`` ``(m,)`` are those of the edges, and ``turns`` ``(m, a)`` the sizes of their angles
-    (rad), if they were written as such. A trajectory has ``poses`` ``(n, …)`` instead, whose
-    quaternions were read with w first, if ``w_first``.
+    (rad), if there are such. A trajectory has ``poses`` ``(n, …)`` instead, with w first or not.
     """
 
     graph: PoseGraph
@@ -67,8 +66,7 @@ class Content:
 def doubts(content: Content) -> tuple[str, ...]:
     """Return a sentence for each sign that the file was meant otherwise.
 
-    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], [np.diag([1e-2, 1e-2, 1e-4])],
-    ...                   is_odometry=[True])
+    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], np.diag([1e-2, 1e-2, 1e-4]))
     >>> doubts(Content(graph, np.arange(2)))[0][:40]
     'the matrices claim a deviation of 100 ra'
     """

@@ -3,10 +3,9 @@
 Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of information;
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
 numbers; ``FIX id``. Metres and radians. A file has vertices for all of its poses or for none
-of them. A FIX line may name several ids. Lines ``PARAMS_…`` are skipped: they are calibrations
-of sensors, to which no edge between poses refers. Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are
-edges like others, and its switches s are skipped, because the solver decides by itself. Lines
-with other tags, such as landmarks, are refused or, on demand, skipped.
+of them. A FIX line may name several ids. Lines ``PARAMS_…``, calibrations of sensors, are skipped.
+Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are edges like others, without their switches s, because
+the solver decides by itself. Lines with other tags are refused or, on demand, skipped.
 
 An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
 inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
@@ -67,13 +66,10 @@ def write(
 ) -> None:
     """Write a graph as a g2o file from which ``read`` returns the same numbers.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, become vertices. ``names`` ``(n,)`` are ids for
-    poses 0 to n − 1, by default these numbers themselves. A FIX line is written only if the
-    id of pose 0 is not the smallest. Rotation matrices are recovered within 3e-15 the first
-    time and exactly from then on. The format has no field for ``is_odometry``, and only the
-    upper triangle of an information matrix is written.
-
-    The write is atomic: a temporary file in the same folder is renamed at the end.
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, become vertices. ``names`` ``(n,)`` are ids for poses 0
+    to n − 1, by default these numbers. A FIX line is written only if the id of pose 0 is not the
+    smallest. Rotation matrices are recovered within 3e-15 the first time and exactly from then on.
+    The format has no field for ``is_odometry``. It is written at once or not at all.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.

@@ -31,13 +31,13 @@ def as_closure(named: str, edge: int) -> str:
 class GraphFile:
     """The content of a file.
 
-    ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or
-    None if it has none. ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names``
-    ``(n,)`` the same ids as the file writes them. ``repaired`` ``(k,)`` are the edges whose
-    information matrix was replaced, ``skipped`` maps each skipped tag to its number of lines,
-    ``notes`` are sentences about how the file was understood, and ``doubts`` about what it was
-    hardly meant to hold, such as degrees. ``times`` ``(n,)`` (s) are those of a trajectory, and
-    ``w_first`` tells that its quaternions begin with w.
+    ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or None.
+    ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names`` ``(n,)`` the same as the
+    file writes them. ``repaired`` ``(k,)`` are the edges whose information was replaced,
+    ``skipped`` maps each skipped tag to its number of lines, ``notes`` are sentences about how the
+    file was understood, and ``doubts`` about what it hardly meant to hold, such as degrees.
+    ``times`` ``(n,)`` (s) are those of a trajectory, and ``w_first`` tells that its quaternions
+    begin with w.
     """
 
     graph: PoseGraph

@@ -1,12 +1,10 @@
 """Pose graphs as GTSAM's factor graphs, where gtsam is installed.
 
-Key k is pose k, each edge a between factor with Gaussian noise of its information matrix.
-GTSAM puts the rotation first in a tangent vector of SE(3), so rows and columns are
-permuted. The error of the factor graph is the cost of ``pose_graph.cost``.
-
-The cost is invariant to a rigid motion of the map, so a prior on pose 0 fixes the frame. At
-a minimum the prior has no cost, and its deviations, 1 mm and 1 mrad, do not move the map. They
-are part of GTSAM's marginals: that of pose 0 is 1e-6 I, while ``covariance`` returns 0.
+Each edge is a between factor with Gaussian noise of its information matrix. GTSAM puts the
+rotation first in a tangent vector of SE(3), so rows and columns are permuted. The error of the
+factor graph is the cost of ``pose_graph.cost``, and a prior on pose 0 fixes the frame. At a
+minimum it has no cost, and its deviations, 1 mm and 1 mrad, do not move the map. They are part of
+GTSAM's marginals: that of pose 0 is 1e-6 I, while ``covariance`` returns 0.
 
 Source: Dellaert 2012, "Factor graphs and GTSAM", for the conventions of the factors.
 """

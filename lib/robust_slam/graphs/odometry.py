@@ -28,8 +28,7 @@ def sessions(graph: PoseGraph) -> Indices:
     A session is a set of poses that odometry connects: several drives, or a gap in the odometry,
     give several, which only closures join. They are numbered in the order of their first poses.
 
-    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0], [1, 0, 0]], [np.eye(3)] * 2,
-    ...                   is_odometry=[True, False])
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, np.eye(3), [True, False])
     >>> sessions(graph).tolist()
     [0, 0, 1]
     """
@@ -47,8 +46,7 @@ def dead_reckoning(graph: PoseGraph) -> Array:
 
     Source: Hillis and Steele 1986, "Data parallel algorithms", pointer doubling.
 
-    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], [np.eye(3)] * 2,
-    ...                   is_odometry=[True, True])
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], np.eye(3))
     >>> dead_reckoning(graph).round(3)
     array([[0.   , 0.   , 0.   ],
            [1.   , 0.   , 1.571],
@@ -73,8 +71,7 @@ def accumulated_rotation(graph: PoseGraph, used: ArrayLike | None = None) -> flo
     Raises:
         ValueError: the mask does not fit, or no path of ``used`` edges leads to some pose.
 
-    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, [np.diag([1, 1, 4])] * 2,
-    ...                   is_odometry=[True, True])
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, np.diag([1, 1, 4]))
     >>> round(accumulated_rotation(graph), 4)
     0.7071
     """
@@ -100,8 +97,7 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
 
     Source: Dijkstra 1959, shortest paths; the lengths are derived here.
 
-    >>> graph = PoseGraph(3, [[0, 1], [0, 2]], [[1, 0, 0], [1, 1, 0]], [np.eye(3)] * 2,
-    ...                   is_odometry=[True, False])
+    >>> graph = PoseGraph(3, [[0, 1], [0, 2]], [[1, 0, 0], [1, 1, 0]], np.eye(3))
     >>> spanning_tree(graph).tolist()
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
     """

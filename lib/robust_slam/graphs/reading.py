@@ -63,28 +63,25 @@ def read(
 ) -> GraphFile:
     """Return the graph of a file, its initial poses and its ids.
 
-    The format is told by the content: g2o, TORO (``VERTEX2``, ``EDGE2``, ``VERTEX3``, ``EDGE3``),
-    PyFactorGraph, or a trajectory of TUM, KITTI or EuRoC. The modules ``g2o``, ``formats`` and
-    ``trajectories`` of ``robust_slam.graphs`` say how each is understood.
+    The format is told by the content: g2o, TORO, PyFactorGraph, or a trajectory of TUM, KITTI or
+    EuRoC. The modules ``g2o``, ``formats`` and ``trajectories`` say how each is understood.
 
-    Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
-    line names, else that of the smallest id; the others follow by ascending id. Edges keep
-    the order of the file.
+    Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX line
+    names, else that of the smallest id; the others follow by ascending id. Edges keep their order.
 
     These formats do not say which edges are odometry: ``steps_of`` tells, by the ids in ascending
     order. To change this, use ``dataclasses.replace(graph, is_odometry=…)``.
 
-    A trajectory is odometry, a step between consecutive poses. Its standard deviations
-    ``odometry`` (m, rad), of each coordinate of a step, have to be given. ``closures`` is a
-    file of loop closures for it, lines ``EDGE_SE3:QUAT i j …`` or ``EDGE_SE2 i j …`` of g2o, or
-    TORO's, each with its information; i and j count the poses of the trajectory from 0.
+    A trajectory is odometry, a step between consecutive poses, with the standard deviations
+    ``odometry`` (m, rad) of each coordinate of a step. ``closures`` is a file of loop closures for
+    it, lines ``EDGE_SE3:QUAT i j …`` or ``EDGE_SE2 i j …`` of g2o, or TORO's, each with its
+    information; i and j count the poses of the trajectory from 0.
 
-    ``indefinite`` says what happens to information matrices that are not positive definite: they
-    are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
-    "isotropic" one. Lines with an ``unknown`` tag, such as landmarks and priors, are refused,
-    because a map without them is another map, or left out ("skip"), and FIX lines of their
-    vertices with them; ``read_factors`` uses those of g2o. What was replaced, left out or
-    assumed is in the ``remarks`` and the ``summary`` of the result.
+    Information matrices that are not positive definite are refused if ``indefinite`` is "raise",
+    or replaced by the "nearest" one or by an "isotropic" one. Lines with an ``unknown`` tag, such
+    as landmarks, are refused, because a map without them is another map, or left out ("skip"), and
+    FIX lines of their vertices with them; ``read_factors`` uses those of g2o. What was replaced,
+    left out or assumed is in the ``remarks`` and the ``summary`` of the result.
 
     Raises:
         GraphFileError: the file is a robot's log or packed; a line is malformed, a tag unknown,

@@ -167,11 +167,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
 
 
 def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
-    """Return the edges of a text that need not be a whole graph.
-
-    Raises:
-        Fault: a line is wrong, or there is no edge.
-    """
+    """Return the edges of a text that need not be a whole graph, or raise a Fault."""
     rows, skipped = _rows(text, form, unknown)
     layout = _layout(rows, form)
     edges = rows[layout.edge]
@@ -192,11 +188,7 @@ def _edges(
 
 
 def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[str, ...]:
-    """Return a sentence about lines that say what an earlier line says, if there are any.
-
-    A copy may lead from j to i, with the inverse pose, and may have been printed with fewer
-    digits.
-    """
+    """Return a sentence about copies of lines, also of the inverse, or with fewer digits."""
     group, ahead = group_of(measurement), upward(rows.ids, measurement)
     pairs = np.sort(rows.ids, axis=1)
     place = group.translation(ahead)
@@ -221,7 +213,7 @@ def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[
 def _printed(numbers: Array) -> Array:
     """Return the last place ``(k,)`` to which numbers ``(k, p)`` are printed, or nearly 0.
 
-    To so few places as two different measurements may agree.
+    To so few places two different measurements may agree.
     """
     unit = np.full(len(numbers), 1e-12)
     for place in 10.0 ** np.arange(-11, -1):

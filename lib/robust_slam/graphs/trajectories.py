@@ -194,11 +194,7 @@ def _kitti(rows: Rows) -> Array:
 
 
 def check_ends(closures: Edges, n: int) -> None:
-    """Refuse closures that refer to a pose that a trajectory of ``n`` poses does not have.
-
-    Raises:
-        Fault: there is one.
-    """
+    """Raise a Fault for closures that refer to a pose that a trajectory of ``n`` has not."""
     lost = np.any(closures.rows.ids >= n, axis=1)
     if np.any(lost):
         name = closures.rows.ids[np.argmax(lost)].max()
@@ -220,42 +216,22 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     poses = drive.poses
     if closures is not None and closures.measurement.ndim == 2:
         poses = _in_plane(poses)
-    group = group_of(poses)
-    first = np.arange(len(poses) - 1)
+    group, first = group_of(poses), np.arange(len(poses) - 1)
     sigma = np.repeat([position, angle], [group.DIMENSION, group.DOF - group.DIMENSION])
-    graph = PoseGraph(
-        n=len(poses),
-        edges=np.stack([first, first + 1], axis=1),
-        measurement=group.between(poses[:-1], poses[1:]),
-        information=np.broadcast_to(np.diag(sigma**-2.0), (first.size, group.DOF, group.DOF)),
-        is_odometry=np.ones(first.size, dtype=np.bool_),
-    )
+    steps, ends = group.between(poses[:-1], poses[1:]), np.stack([first, first + 1], axis=1)
+    graph = PoseGraph(len(poses), ends, steps, np.diag(sigma**-2.0))
     notes, repaired, skipped = drive.notes, np.empty(0, dtype=np.intp), {}
     if closures is not None:
         graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
         repaired, skipped = closures.repaired + len(first), closures.skipped
         notes = (*notes, *closures.notes, *_steps_again(closures))
-    ids = np.arange(graph.n, dtype=np.int64)
-    content = Content(graph, ids, poses=poses, w_first=drive.w_first)
-    return GraphFile(
-        graph,
-        poses,
-        ids,
-        ids,
-        repaired,
-        skipped,
-        notes,
-        drive.times,
-        doubts(content),
-        drive.w_first,
-    )
+    ids, w_first = np.arange(graph.n, dtype=np.int64), drive.w_first
+    said = doubts(Content(graph, ids, poses=poses, w_first=w_first))
+    return GraphFile(graph, poses, ids, ids, repaired, skipped, notes, drive.times, said, w_first)
 
 
 def other_orders(file: GraphFile) -> dict[str, PoseGraph]:
-    """Return the graph of a trajectory with w at the other end of its quaternions, in words.
-
-    There is also one in which the closures are read so too. There are none for other files.
-    """
+    """Return graphs of a trajectory with w at the other end of its quaternions, by their words."""
     graph, poses = file.graph, file.poses
     if file.times is None or poses is None or poses.ndim == 2:
         return {}
@@ -306,10 +282,9 @@ def _out_of_plane(poses: Array) -> Mask:
 def write_tum(
     path: str | os.PathLike[str], poses: ArrayLike, times: ArrayLike | None = None
 ) -> None:
-    """Write poses in TUM's format, as the tool evo reads it.
+    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in TUM's format, as the tool evo reads it.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; their ``times`` ``(n,)`` (s) are by default 0, 1,
-    2, …. The file is written at once or not at all.
+    Their ``times`` ``(n,)`` (s) are by default 0, 1, 2, …. It is written at once or not at all.
 
     Raises:
         TypeError: ``poses`` are not numbers, for instance a graph.
@@ -322,19 +297,12 @@ def write_tum(
     given = np.arange(len(matrices)) if times is None else times
     stamps = finite("times", given, (len(matrices),))
     # A copy, since SciPy 1.14 takes no array that is only to be read.
-    turns = Rotation.from_matrix(matrices[:, :, :3].copy())
-    quaternions = np.asarray(turns.as_quat(canonical=True))
-    write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], quaternions])))
+    turns = np.asarray(Rotation.from_matrix(matrices[:, :, :3].copy()).as_quat(canonical=True))
+    write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], turns])))
 
 
 def write_kitti(path: str | os.PathLike[str], poses: ArrayLike) -> None:
-    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in KITTI's format, [R | t] row by row.
-
-    The file is written at once or not at all.
-
-    Raises:
-        ValueError: the shape does not fit, or an entry is not finite.
-        OSError: the file cannot be written.
+    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in KITTI's format; errors are as of ``write_tum``.
 
     Source: Geiger et al. 2012.
     """
