@@ -338,11 +338,18 @@ def precisions(graph: PoseGraph) -> tuple[Array, Array]:
     Source: Rosen et al. 2019, the appendix on the measurements' concentration parameters.
     """
     d = graph.group.DIMENSION
-    turned, moved = graph.information[:, d:, d:], graph.information[:, :d, :d]
-    trace = np.trace(np.linalg.inv(moved), axis1=1, axis2=2)
-    if d == 2:
-        return turned[:, 0, 0].copy(), d / trace
-    return 1.5 / np.trace(np.linalg.inv(turned), axis1=1, axis2=2), d / trace
+    turned, tau = graph.information[:, d:, d:], d / _inverse_traces(graph.information[:, :d, :d])
+    return turned[:, 0, 0].copy() if d == 2 else 1.5 / _inverse_traces(turned), tau
+
+
+def _inverse_traces(blocks: Array) -> Array:
+    """Return tr(B⁻¹) ``(m,)``: the sum of principal minors of order d − 1 over det B."""
+    minors = np.trace(blocks, axis1=1, axis2=2)
+    if blocks.shape[-1] == 3:
+        # ½ (tr(B)² − tr(B²)), written without cancellation of large terms.
+        pairs = [blocks[:, [i, i, j, j], [i, j, i, j]] for i, j in ((0, 1), (0, 2), (1, 2))]
+        minors = sum(p[:, 0] * p[:, 3] - p[:, 1] * p[:, 2] for p in pairs)
+    return np.asarray(minors / np.linalg.det(blocks))
 
 
 def _described(graph: PoseGraph, chosen: Mask) -> str:
