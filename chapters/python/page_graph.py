@@ -140,11 +140,17 @@ def rows_of(table: str, width: int) -> list[tuple[str, str]]:
 
 
 def solve(given: Given, tell: Tell) -> dict[str, Any]:
-    """Solve the case, and return all that the page shows of it; ``thorough`` takes longer."""
+    """Solve the case, and return all that the page shows of it, or a problem.
+
+    It takes longer if it is ``thorough``.
+    """
     case, thorough = CASES[0], bool(given.get("thorough"))
     graph, names = case.file.graph, case.file.names
     seconds = SECONDS * (10 if thorough else 1)
-    answer = rs.solve(graph, max_seconds=seconds, progress=tell)
+    try:
+        answer = rs.solve(graph, max_seconds=seconds, progress=tell)
+    except ValueError as error:
+        return problem(str(error))
     CASES[0] = case = replace(case, answer=answer)
     tell("the map of least squares is found")
     plain = least_squares(graph)
