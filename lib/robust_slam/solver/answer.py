@@ -250,8 +250,8 @@ class Answer:
             across = int(np.sum(self.kept & ~tree & (ends[:, 0] != ends[:, 1]))) - 1
             lines.append(
                 f"The odometry at {self._named(np.array([step]), names)} is off{size} by more "
-                f"than its noise explains, as {counted(across, 'closure')} across it show: it may "
-                "have slipped there or nearby, which bends the map."
+                f"than its noise explains, as {counted(across, 'closure')} across it show"
+                + (_BENDS if self.misfit.bent else _HARMLESS)
             )
         if closures.size:
             lines.append(
@@ -315,6 +315,10 @@ class Answer:
         if self.late:
             return ["The time limit ended the computation: the map is the best one until then."]
         return []
+
+
+_BENDS = ": it may have slipped there or nearby, which bends the map."
+_HARMLESS = "; without it no pose would be elsewhere by more than closures tolerate."
 
 
 def _parts(ids: NDArray[Any], poses: Indices) -> str:

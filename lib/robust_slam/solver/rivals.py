@@ -180,10 +180,10 @@ def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
     The middle of a group is trusted, GNC finds what else agrees with it, and truncated least
     squares decides freely from there, with the noise of the map.
     """
-    free = _free(search, best)
-    left = np.flatnonzero(~best.kept & rejected(free, best.poses))
-    if left.size < _LEAST:
+    if np.sum(~best.kept & ~search.graph.is_odometry) < _LEAST:
         return
+    free = _free(search, best)
+    left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
     far, chance = compared(search, best, left)
     for _ in range(_TRIED):
         near = largest(far, chance, search.threshold)
@@ -251,7 +251,7 @@ def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
 
     What joins sessions that are apart without it is no evidence, and one place alone none either.
     """
-    own = np.flatnonzero(one.kept & rejected(free, other.poses))
+    own = np.flatnonzero(one.kept & _rejected(free, other.poses))
     own = own[places(free.graph.edges[own])]
     if own.size < 2:
         return 0.0
@@ -270,7 +270,7 @@ def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
     return more - max(less, there)
 
 
-def rejected(free: Search, poses: Array) -> Mask:
+def _rejected(free: Search, poses: Array) -> Mask:
     """Return which closures ``(m,)`` a map clearly rejects, even if they claim too much."""
     graph, closures = free.graph, ~free.graph.is_odometry
     if not np.any(closures):
