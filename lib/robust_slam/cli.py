@@ -8,8 +8,9 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from robust_slam.factors.reading import has_factors, read_factors
 from robust_slam.factors.solve import solve_factors
 from robust_slam.graphs.files import SUFFIXES, find
 from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.lines import Unknown
+from robust_slam.graphs.matrices import Repair
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.trajectories import other_orders
 from robust_slam.solver import Answer, Support, solve
@@ -38,6 +41,15 @@ _HERE = {
     "odometry=(0.05, 0.01) in m and rad": "--odometry 0.05 0.01 in m and rad",
 }
 """Remedies of the library in the syntax of the command."""
+_FILES = {
+    "closures": "loop closures of a trajectory, lines of g2o",
+    "plot": "draw the map: .svg, .png or .pdf",
+    "rejected": "write the ids and the whitened residual of each rejected edge",
+}
+_CHOICES = {
+    "indefinite": (["raise", *get_args(Repair)], "information that is not positive definite"),
+    "unknown": (get_args(Unknown), "lines with unknown tags, such as ranges"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,9 +101,6 @@ def _parser() -> argparse.ArgumentParser:
         "name of a public graph",
     )
     command.add_argument(
-        "--closures", type=Path, metavar="FILE", help="loop closures of a trajectory, lines of g2o"
-    )
-    command.add_argument(
         "--odometry",
         type=float,
         nargs=2,
@@ -106,19 +115,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     command.add_argument(
         "--clean",
-        type=_clean,
+        type=partial(_output, suffixes=[".g2o"]),
         metavar="FILE.g2o",
         help="write the kept edges alone, with the noise that was found, and the poses",
     )
-    command.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the map: .svg, .png or .pdf"
-    )
-    command.add_argument(
-        "--rejected",
-        type=Path,
-        metavar="FILE",
-        help="write the rejected edges, in a line the two ids and the whitened residual of each",
-    )
+    for name, words in _FILES.items():
+        command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
     command.add_argument(
         "--closure",
         type=_edge,
@@ -130,18 +132,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--probability", type=float, default=0.99, help="an inlier passes each test with it (0.99)"
     )
-    command.add_argument(
-        "--indefinite",
-        choices=["raise", "nearest", "isotropic"],
-        default="raise",
-        help="what becomes of information matrices that are not positive definite (raise)",
-    )
-    command.add_argument(
-        "--unknown",
-        choices=["raise", "skip"],
-        default="raise",
-        help="what becomes of lines with unknown tags, such as landmarks (raise)",
-    )
+    for name, (choices, what) in _CHOICES.items():
+        words = f"what becomes of {what} (raise)"
+        command.add_argument(f"--{name}", choices=choices, default="raise", help=words)
     command.add_argument(
         "--max-seconds",
         type=float,
@@ -181,17 +174,11 @@ def _replay(options: argparse.Namespace) -> int:
     return 0 if fooled else _DOUBTFUL
 
 
-def _output(text: str) -> Path:
+def _output(text: str, suffixes: Sequence[str] = SUFFIXES) -> Path:
     path = Path(text)
-    if path.suffix not in SUFFIXES:
-        raise argparse.ArgumentTypeError(f"{text}: end it with {', '.join(SUFFIXES)}")
+    if path.suffix not in suffixes:
+        raise argparse.ArgumentTypeError(f"{text}: end it with {', '.join(suffixes)}")
     return path
-
-
-def _clean(text: str) -> Path:
-    if not text.endswith(".g2o"):
-        raise argparse.ArgumentTypeError(f"{text}: end it with .g2o")
-    return Path(text)
 
 
 def _edge(text: str) -> tuple[str, str]:
