@@ -148,7 +148,7 @@ def reweight(
 ) -> Result[X]:
     """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
 
-    Where ``problem`` is a pose graph, start, tolerance and ``trusted`` are of ``prepare``; else
+    Where ``problem`` is a pose graph, start, tolerance and ``trusted`` are as in ``prepare``; else
     ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show progress. After
     ``max_seconds`` of CPU time, but not before the first step, it stops with TIME_LIMIT.
 
