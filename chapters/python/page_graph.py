@@ -315,11 +315,7 @@ def written(case: Case) -> dict[str, str]:
     answer, file = case.answer, case.file
     assert answer is not None
     texts = {}
-    graphs = {
-        "clean.g2o": answer.clean,
-        "poses.g2o": answer.graph,
-        "poses.tum": answer.graph,
-    }
+    graphs = {"clean.g2o": answer.clean, "poses.g2o": answer.graph, "poses.tum": answer.graph}
     for kind, graph in graphs.items():
         path = Path(f"page-graph.{kind}")
         rs.save(path, graph, answer.poses, names=file.ids, times=file.times)
