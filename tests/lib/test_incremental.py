@@ -39,6 +39,20 @@ def replayed(graph, watch=lambda growing, pose: None):
     return growing
 
 
+def test_a_descent_that_is_under_way_is_done_before_a_map_is_kept(monkeypatch):
+    for name in ("_AT_ONCE", "_PIECE"):
+        monkeypatch.setattr(f"robust_slam.incremental.growing_map.{name}", 0)
+    made = []
+
+    def watch(growing, pose):
+        if growing._work is not None and not made:
+            made.extend([pickle.loads(pickle.dumps(growing)), growing])
+            np.testing.assert_array_equal(made[0].kept, made[1].kept)
+
+    replayed(with_outliers(manhattan, 60, 0, 8, closures=30)[0], watch)
+    assert len(made) == 2 and made[0]._work is None
+
+
 @pytest.mark.parametrize("again", [copy.copy, lambda grown: pickle.loads(pickle.dumps(grown))])
 def test_a_robot_that_stops_goes_on_where_it_was(again):
     graph, *_ = with_outliers(manhattan, 60, 0, 8, closures=30)

@@ -123,6 +123,8 @@ class GrowingMap:
         return f"<GrowingMap: {counted(len(self.poses), 'pose')}, {kept}>"
 
     def __getstate__(self) -> dict[str, object]:
+        if self._work is not None:  # of a descent under way nothing can be kept
+            finished(self._work)
         return {**vars(self), "_window": None, "version": VERSION}
 
     def __setstate__(self, state: dict[str, object]) -> None:
