@@ -1,3 +1,4 @@
+import { numberText } from "./number.js";
 import { pathThrough, setAttributes } from "./scene.js";
 
 /** About `count` round numbers that cover `[low, high]`. */
@@ -10,12 +11,6 @@ export function roundTicks(low, high, count = 5) {
     ticks.push(Number((k * step).toPrecision(12)));
   }
   return ticks;
-}
-
-/** A number as a reader's text: at most `digits` significant digits, with a real minus sign. */
-export function numberText(value, digits = 3) {
-  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
-  return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
 /**
@@ -52,14 +47,11 @@ export function putAxes(scene, layer, key, box, across, up) {
   if (across.label) {
     scene.text(layer, `${key}-xl`, inner.x + inner.width / 2, floor + 36, across.label, "", "middle");
   }
-  if (up.label) putTurned(scene, layer, `${key}-yl`, box.x + 13, inner.y + inner.height / 2, up.label);
+  if (up.label) {
+    const [x, y] = [box.x + 13, inner.y + inner.height / 2];
+    setAttributes(scene.text(layer, `${key}-yl`, x, y, up.label, "", "middle"), { transform: `rotate(-90 ${x} ${y})` });
+  }
   return maps;
-}
-
-/** Words that are read from below, with their middle at (x, y). */
-export function putTurned(scene, layer, key, x, y, words) {
-  const element = scene.text(layer, key, x, y, words, "", "middle");
-  setAttributes(element, { transform: `rotate(-90 ${x} ${y})` });
 }
 
 /** A curve y = f(x) over the axes' box, cut off above and below it. */

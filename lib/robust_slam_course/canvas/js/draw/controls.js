@@ -15,12 +15,13 @@ export function htmlElement(name, attributes = {}, ...children) {
  * reader chose. Returns `{element, show(state, result)}`, which brings the control up to date.
  *
  * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,
- * options [[value, text], …]), `toggle` (name, label), `button` (label, does(state, result) →
+ * options [[value, text], …]), `words` (as `choice`, all in sight), `toggle` (name, label), `button`
+ * (label, does(state, result) →
  * partial) and `player` (name, label, count(state, result), text(value, result), beat), a slider over
  * steps that can play, one in so many ms.
  */
 export function makeControl(spec, change, calm) {
-  return { slider, choice, toggle, button, player }[spec.kind](spec, change, calm);
+  return { slider, choice, words, toggle, button, player }[spec.kind](spec, change, calm);
 }
 
 /** A step that stands for the last one, however many there are. */
@@ -30,7 +31,7 @@ export const LAST_STEP = 1e6;
 export function valuesWithin(specs, state, first) {
   const within = ({ kind, name, min, max, step, log, options }) => {
     const [value, instead] = [state[name], first[name]];
-    if (kind === "choice") return options.some(([one]) => one === value) ? value : instead;
+    if (options) return options.some(([one]) => one === value) ? value : instead;
     if (kind === "toggle") return Boolean(value);
     if (kind === "player") return boundedNumber(value, [0, LAST_STEP], instead, 0);
     const steps = log ? value : Number((min + step * Math.round((value - min) / step)).toPrecision(12));
@@ -63,6 +64,16 @@ function choice(spec, change) {
   select.addEventListener("input", () => change({ [spec.name]: select.value }));
   const show = (state) => { select.value = state[spec.name]; };
   return { element: htmlElement("label", {}, htmlElement("span", {}, spec.label), select), show };
+}
+
+function words(spec, change) {
+  const options = spec.options.map(([value, text]) => (
+    htmlElement("button", { value, type: "button", "data-control": text }, text)));
+  const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...options);
+  element.addEventListener("click", ({ target }) => target.value && change({ [spec.name]: target.value }));
+  const show = (state) => options.forEach((option) => (
+    option.setAttribute("aria-pressed", String(option.value === state[spec.name]))));
+  return { element, show };
 }
 
 function toggle(spec, change) {

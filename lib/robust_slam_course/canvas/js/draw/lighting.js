@@ -10,7 +10,6 @@ const NAMED = {
   "true path": ".is-ghost",
   majoriser: ".is-accent",
   eigenvalue: ".rs-eigen",
-  bound: ".rs-bound.is-accent",
   c: '[data-control="c"]',
   σ: '[data-control="sigma"]',
   μ: '[data-control="step"]',
