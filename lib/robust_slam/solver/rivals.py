@@ -274,6 +274,8 @@ def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
 def _rejected(free: Search, poses: Array) -> Mask:
     """Return which closures ``(m,)`` a map clearly rejects, even if they claim too much."""
     graph, closures = free.graph, ~free.graph.is_odometry
+    if not np.any(closures):
+        return closures
     typical = np.median(graph.information[closures], axis=0)
     r = residuals(graph, poses)
     squares = np.minimum(squared_norms(graph, poses), np.einsum("ka,ab,kb->k", r, typical, r))
