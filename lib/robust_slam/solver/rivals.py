@@ -287,7 +287,13 @@ def _minimum(search: Search, kept: Mask, poses: Array) -> Array:
 
 
 def at_rest(problem: PoseGraphProblem, used: Mask, poses: Array, deadline: Deadline) -> Array:
-    """Return the poses where Gauss-Newton steps change the ``used`` edges' cost hardly."""
+    """Return the poses ``(n, …)`` near ``poses`` where the ``used`` edges ``(m,)`` are at rest.
+
+    Steps end when one hardly changes their cost.
+
+    Raises:
+        Underdetermined: the edges do not determine the poses to working precision.
+    """
     cost = np.inf
     for _ in range(_STEPS):
         poses = problem.solve(used.astype(np.float64), poses)

@@ -105,20 +105,24 @@ def _unlike(graph: PoseGraph) -> Array:
 
 
 def strayed(search: Search) -> int | None:
-    """Return the first of two long steps, close to each other, that lead there and back, or None.
+    """Return a long step that leads where the drive was not, or None.
 
-    A tracker that was lost for a few poses leaves where it was, and comes back.
+    A tracker that was lost for a few poses leaves where it was and comes back, or it reports one
+    pose again and again. So another long step leads back soon, or there is no motion beside it.
     """
     graph = search.graph
     steps = np.flatnonzero(graph.is_odometry & ~search.slips)
     length = np.linalg.norm(graph.translation[steps], axis=1)
     far = length > _STRAYED * np.quantile(length, _USUAL) if length.size else length > 0.0
+    still = np.pad(length == 0.0, 1)
+    stuck = steps[far & (still[:-2] | still[2:])]
     long, length = steps[far], length[far]
     before, after = graph.edges[long[:-1], 0], graph.edges[long[1:], 1]
     place = graph.group.translation(search.x0)
     net = np.linalg.norm(place[after] - place[before], axis=1)
-    found = (after - before <= APART + 1) & (2.0 * net < length[:-1] + length[1:])
-    return int(long[np.argmax(found)]) if np.any(found) else None
+    there = long[:-1][(after - before <= APART + 1) & (2.0 * net < length[:-1] + length[1:])]
+    found = np.sort(np.concatenate([stuck, there]))
+    return int(found[0]) if found.size else None
 
 
 def _apart(search: Search, best: Candidate, unlike: Array) -> Iterator[tuple[Search, Candidate]]:
