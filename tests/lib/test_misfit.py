@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from robust_slam.descent import gauss_newton
-from robust_slam.graphs import add_random_closures, ate, manhattan, sphere
+from robust_slam.graphs import PoseGraph, add_random_closures, ate, manhattan, se2, sphere
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.solver import Support, solve
 from robust_slam.solver.fitted import Fitted
@@ -109,6 +109,24 @@ def test_slips_are_found_and_the_map_is_right_without_them(make, seed):
     assert not np.any(answer.kept & is_outlier)
     assert answer.support is Support.WEAK
     assert "slipped at 2 steps: 30-31, 75-76" in answer.summary()
+
+
+def test_a_run_of_closures_that_a_slip_cuts_is_no_single_place():
+    """Two laps of a square: the robot turns at a corner, as a usual step does, and slips there."""
+    rng, sigma = np.random.default_rng(0), np.array([0.02, 0.02, 0.01])
+    steps = np.tile([[0.5, 0.0, 0.0]] * 7 + [[0.5, 0.0, np.pi / 2]], (8, 1))
+    walked = se2.compose(steps, se2.exp(sigma * rng.normal(size=steps.shape)))
+    walked[40] = se2.compose(walked[40], [0.0, 0.0, np.pi / 2])
+    back = np.arange(0, 33, 4)
+    seen = se2.exp(sigma * rng.normal(size=(back.size, 3)))
+    graph = PoseGraph(
+        65,
+        [[k, k + 1] for k in range(64)] + [[k, k + 32] for k in back],
+        np.concatenate([walked, seen]),
+        np.diag(sigma**-2.0),
+    )
+    answer = solve(graph)
+    assert answer.slips.tolist() == [40] and np.all(answer.kept[64:])
 
 
 @pytest.mark.parametrize("origin", [[0.0, 0.0, 0.0], [8.0, 8.0, 1.0]])

@@ -228,11 +228,9 @@ class Answer:
         if self.rival is None:
             return []
         edges = np.flatnonzero(self.rival & ~self.kept)
-        slips = np.flatnonzero(self.graph.is_odometry & ~self.rival)
-        slipped = f" if the odometry slipped at {self._named(slips, names)}" * bool(slips.size)
         return [
             f"{counted(edges.size, 'rejected closure')} would give another map of comparable "
-            f"evidence{slipped}: {self._named(edges, names)}. Only other measurements can tell "
+            f"evidence: {self._named(edges, names)}. Only other measurements can tell "
             "which is right."
         ]
 

@@ -28,10 +28,16 @@ from robust_slam.estimators import kernels
 from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, select, unreached
-from robust_slam.solver.candidates import TOL, Candidate, Search, evidence_of
+from robust_slam.graphs.pose_graph import (
+    PoseGraph,
+    connected_parts,
+    residual_norms,
+    select,
+    unreached,
+)
+from robust_slam.solver.candidates import TOL, Candidate, Search
 from robust_slam.solver.noise import rescaled
-from robust_slam.solver.rivals import APART, as_mapped, at_rest, compared, largest, places
+from robust_slam.solver.rivals import APART, as_mapped, at_rest, compared, largest
 
 _MOST = 8
 """No more slips are looked for: the odometry is then of another kind."""
@@ -44,6 +50,8 @@ _PRICES = {True: 4.0, False: 12.0}
 """What a slip must add to the evidence (nats), where the step is unlike others and where not."""
 _PLACES = {True: 2, False: 3}
 """Closures must cross a slip at so many places: those of one place may be one mistake."""
+_GROSS = 30.0
+"""A usual step that a run of closures alone points to is off by so many deviations."""
 _TIED = 1.0
 """Of maps whose evidence is so close, the one of the step that is most unlike others is taken."""
 _TRIED = 3
@@ -52,33 +60,25 @@ _WITHIN = 1.5
 """More closures than before must be within so many thresholds, or none returns to pay a slip."""
 
 
-def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate, Candidate | None]:
-    """Return the search without the steps that slipped, its map, and a rival of it or None.
-
-    The rival has one more slip, which closures of too few places cross.
-    """
-    unlike, doubted = _unlike(search.graph), None
+def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate]:
+    """Return the search without the steps that slipped, and its map, or both as they were."""
+    unlike = _unlike(search.graph)
     apart = [_fewer(unlike, *one) for one in _apart(search, best, unlike)]
     search, best = max([(search, best), *apart], key=lambda one: _worth(unlike, *one))
     while np.sum(search.slips) < _MOST and not search.deadline.passed:
-        least = _worth(unlike, search, best)
         found = [
-            (trial, one)
+            one
             for start in _starts(search, best, unlike)
             if not search.deadline.passed
-            for trial, one in _freed(search, best, start)
-            if _worth(unlike, trial, one) > least
+            for one in _freed(search, best, start)
+            if _is_sure(search, best, *one, unlike)
         ]
-        sure = [one for one in found if _is_sure(search, *one, unlike)]
-        if not sure:
-            least = _PLACES[False]
-            unsure = [b for a, b in found if len(places(_across(search, a, b))) >= least]
-            doubted = max(unsure, key=evidence_of, default=None)
+        most = max((_worth(unlike, *one) for one in found), default=-np.inf)
+        if most <= _worth(unlike, search, best):
             break
-        most = max(_worth(unlike, *one) for one in sure)
-        tied = [one for one in sure if _worth(unlike, *one) > most - _TIED]
+        tied = [one for one in found if _worth(unlike, *one) > most - _TIED]
         search, best = max(tied, key=lambda one: float(unlike[one[0].slips].sum()))
-    return search, best, doubted
+    return search, best
 
 
 def _worth(unlike: Array, search: Search, one: Candidate) -> float:
@@ -241,22 +241,24 @@ def _freed(search: Search, best: Candidate, start: _Start) -> Iterator[tuple[Sea
             yield trial, trial.settle("slips", poses, best.tested)
 
 
-def _across(search: Search, trial: Search, one: Candidate) -> Indices:
-    """Return the ends ``(k, 2)`` of the closures that ``one`` keeps across its last slip."""
-    graph = search.graph
-    part = connected_parts(graph.n, graph.edges[search.trusted & (trial.slips == search.slips)])
-    ends = graph.edges[one.kept & ~search.trusted]
-    return np.sort(ends[part[ends[:, 0]] != part[ends[:, 1]]], axis=1)
+def _is_sure(
+    search: Search, best: Candidate, trial: Search, one: Candidate, unlike: Array
+) -> bool:
+    """Tell whether closures that return to ``one`` across its last slip cannot be one mistake.
 
-
-def _is_sure(search: Search, trial: Search, one: Candidate, unlike: Array) -> bool:
-    """Tell whether closures that ``one`` keeps cross its last slip at enough places.
-
-    Across a usual step a run of closures, each beside the next, may be one place taken for
-    another, however long it is.
+    A run of closures, each beside the next, may be one place taken for another, however long it
+    is. But where it begins beside a closure that does not cross the step, it was cut there.
     """
-    ends, alone = _across(search, trial, one), bool(unlike[trial.slips & ~search.slips] > 1.0)
-    if alone or not len(ends):
-        return len(places(ends)) >= _PLACES[alone]
-    beside = KDTree(ends).query_pairs(APART, p=np.inf, output_type="ndarray")
-    return int(connected_parts(len(ends), beside).max()) + 1 >= _PLACES[alone]
+    graph, last = search.graph, trial.slips & ~search.slips
+    part = connected_parts(graph.n, graph.edges[search.trusted & ~last])
+    closures = one.kept & ~search.trusted
+    ends, returns = np.sort(graph.edges[closures], axis=1), ~best.kept[closures]
+    crosses = part[ends[:, 0]] != part[ends[:, 1]]
+    a, b = KDTree(ends).query_pairs(APART, p=np.inf, output_type="ndarray").T
+    cut, alone = returns & crosses, bool(unlike[last] > 1.0)
+    off = residual_norms(rescaled(graph, one.found), one.poses)[last].max()
+    gross = cut.sum() >= _PLACES[False] and (alone or off > _GROSS)
+    if gross and np.any((cut[a] & ~crosses[b]) | (cut[b] & ~crosses[a])):
+        return True
+    runs = connected_parts(len(ends), np.column_stack([a, b])[crosses[a] & crosses[b]])
+    return np.unique(runs[crosses]).size >= _PLACES[alone]

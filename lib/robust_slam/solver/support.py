@@ -62,21 +62,13 @@ class Judgement:
     lone: tuple[Lone, ...] = ()
 
 
-def judge_support(
-    search: Search,
-    best: Candidate,
-    contests: Sequence[Contest],
-    doubted: Candidate | None = None,
-) -> Judgement:
-    """Return the support of the map ``best`` of a ``search``, which is refined.
-
-    A map with a slip that may be ``doubted`` is a rival too.
-    """
+def judge_support(search: Search, best: Candidate, contests: Sequence[Contest]) -> Judgement:
+    """Return the support of the map ``best`` of a ``search``, which is refined."""
     if np.any(search.slips) or not np.any(best.kept & ~search.trusted):
         return Judgement(Support.WEAK)
     if best.evidence < _DECISIVE and not _borne_out(search, best):
         return Judgement(Support.WEAK)
-    rivals = comparable(contests) + ([] if doubted is None else [doubted])
+    rivals = comparable(contests)
     if rivals:
         return Judgement(Support.AMBIGUOUS, rivals[0].kept)
     if search.deadline.passed:
