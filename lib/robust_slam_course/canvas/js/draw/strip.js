@@ -9,8 +9,8 @@ const [LINE, LETTER] = [15, 8.5]; // pixels of a row of names, and of a letter
  * `groups` is `{name, share, bars}`: the share of the width that it takes, and its bars
  * `{value, look?, style?, name?, text?, part?}`, with `text` above a bar and `name` below it;
  * `part` is the key of the edge that it measures. `axis` is
- * `{domain: [low, high], ticks, label, line?: {value, text}, linear?}`. A value at or below `low` has no
- * bar. Returns `toY` from a value to pixels.
+ * `{domain: [low, high], ticks, label, line?: {value, text}, linear?, dots?}`. A value at or below `low`
+ * has no bar; with `axis.dots`, as on an axis without a zero, it is a dot, at `low` at least. Returns `toY` from a value to pixels.
  */
 export function putStrip(scene, layer, key, box, groups, axis) {
   const top = TOP + (groups.some(({ bars }) => bars.some(({ text }) => text)) ? LINE : 0);
@@ -25,7 +25,7 @@ export function putStrip(scene, layer, key, box, groups, axis) {
   putStripAxis(scene, layer, key, inner, toY, axis);
   groups.forEach((group, k) => {
     const part = { ...parts[k], y: inner.y, height: inner.height };
-    putGroup(scene, layer, `${key}-${k}`, part, toY, group, rows);
+    putGroup(scene, layer, `${key}-${k}`, part, toY, group, rows, axis.dots);
   });
   return toY;
 }
@@ -54,7 +54,7 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
   scene.text(layer, `${key}-line-text`, inner.x + inner.width, inner.title, line.text, "rs-tick", "end");
 }
 
-function putGroup(scene, layer, key, inner, toY, { name, bars }, rows) {
+function putGroup(scene, layer, key, inner, toY, { name, bars }, rows, dots) {
   const floor = inner.y + inner.height;
   const slot = Math.min(WIDEST, inner.width / Math.max(bars.length, 1));
   const first = inner.x + 0.5 * (inner.width - slot * bars.length);
@@ -62,7 +62,10 @@ function putGroup(scene, layer, key, inner, toY, { name, bars }, rows) {
   bars.forEach((bar, number) => {
     const x = first + (number + 0.5) * slot;
     const tall = floor - toY(bar.value);
-    if (tall > 0.5) {
+    if (dots) {
+      const d = `M${x.toFixed(1)} ${toY(bar.value).toFixed(1)}h0`;
+      scene.put(layer, `${key}-${number}`, "path", { class: "rs-dots", "data-part": bar.part, d, style: bar.style });
+    } else if (tall > 0.5) {
       scene.put(layer, `${key}-${number}`, "path", {
         class: bar.look ?? "is-muted", "data-part": bar.part, d: `M${x.toFixed(1)} ${floor}v${(-tall).toFixed(1)}`,
         "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1),
