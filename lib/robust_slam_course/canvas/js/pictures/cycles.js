@@ -57,10 +57,6 @@ function squaresOf(graph) {
 }
 
 function solveCycles({ wrong, correct, sigma }, data, undisturbed) {
-  // The scale of the map is that of the town which opens, whether it does or not.
-  if (!undisturbed.has("open")) {
-    undisturbed.set("open", alignPoses(squaresOf(joinedGraph(data, false, [[36, 69]], sigma)).poses, data.truth));
-  }
   if (!undisturbed.has(correct)) {
     undisturbed.set(correct, squaresOf(joinedGraph(data, correct, [], sigma)).norms);
   }
@@ -70,7 +66,7 @@ function solveCycles({ wrong, correct, sigma }, data, undisturbed) {
   const poses = alignPoses(held, data.truth);
   const steps = data.truth.length / 3 - 1;
   return {
-    poses, norms, graph, steps, closures: before.length - steps, open: undisturbed.get("open"),
+    poses, norms, graph, steps, closures: before.length - steps,
     heard: { graph, poses, map: "town" },
     changed: before.reduce((sum, norm, k) => sum + (Math.abs(norms[k] - norm) > CHANGED), 0),
     off: ate(held, data.truth),
@@ -93,7 +89,7 @@ function drawCycles(scene, { result, state, shown, width, height, data, change }
   const { truth } = data;
   const [left, right] = twoPanels({ x: 0, y: 0, width, height }, [1.25, 1], 0.66);
   const box = { ...left, y: 22, height: left.height - 22 };
-  const map = fitAround(scene, "town", box, truth, [...result.poses, ...result.open]);
+  const map = fitAround(scene, "town", box, truth, result.poses);
   for (const layer of ["edges", "drive"]) scene.clip(layer, box);
   putDrive(scene, "ghost", "truth", map, truth, "is-ghost");
   putHeatedEdges(scene, map, shown, result);
