@@ -26,6 +26,22 @@ Fault = Callable[[Array, Indices], None]
 """Changes measurements ``(m, 3)`` of the town in place, given which are its odometry."""
 
 
+STAGES = {
+    "sensors": "Camera, IMU",
+    "features": "Features, tracks",
+    "views": "Two views",
+    "places": "Place recognition",
+    "ransac": "RANSAC",
+    "odometry": "Odometry (VIO)",
+    "pcm": "Consistency (PCM)",
+    "solve": "Factor graph, robust solve",
+    "certificate": "Certificate",
+    "plan": "Trajectory",
+    "control": "Control",
+}
+"""The name of every stage, in the order in which a picture comes through."""
+
+
 class Outcome(NamedTuple):
     """A map and how it came about.
 
@@ -91,9 +107,9 @@ def bad_sample(z: Array, own: Indices) -> None:
     z[own[20], 2] += np.pi / 4
 
 
-def gyro_bias(z: Array, own: Indices) -> None:
-    """Turn every step by 0.04 rad too much."""
-    z[own, 2] += 0.04
+def gyro_bias(z: Array, own: Indices, bias: float = 0.04) -> None:
+    """Turn every step by ``bias`` (rad) too much."""
+    z[own, 2] += bias
 
 
 FAULTS: dict[str, Fault] = {
@@ -113,7 +129,7 @@ def outcome(stage: str) -> Outcome:
 
     Any other name, such as "nothing", leaves all stages as they are.
     """
-    graph, is_outlier, truth = town()
+    graph, is_outlier, _ = town()
     if stage in FAULTS:
         return _by_pipeline(*measured(FAULTS[stage]))
     if stage == "places":
@@ -122,8 +138,7 @@ def outcome(stage: str) -> Outcome:
         first = PoseGraphProblem(graph).initial()
         return _certified_by(graph, is_outlier, np.ones_like(is_outlier), first)
     if stage == "certificate":
-        wound = truth + np.outer(np.arange(90) / 90, [0, 0, 4 * np.pi])
-        return _certified_by(graph, is_outlier, ~is_outlier, wound)
+        return turned(stage, 2.0)
     if stage == "plan":
         alone = pose_graph.select(graph, graph.is_odometry)
         return _by_pipeline(alone, is_outlier[graph.is_odometry])
@@ -132,6 +147,36 @@ def outcome(stage: str) -> Outcome:
         first = start.chordal(pose_graph.select(graph, left))
         return _certified_by(graph, is_outlier, left, first)._replace(left=left)
     return _by_pipeline(graph, is_outlier)
+
+
+@cache
+def turned(stage: str, by: float) -> Outcome:
+    """Return what comes of the town where ``stage`` fails by so much.
+
+    "odometry" by a bias of the gyroscope (rad a step), "places" by closures that take one street
+    for another, beside the random outliers, and "certificate" by turns too many in the headings
+    from which the last descent starts.
+
+    Raises:
+        ValueError: ``stage`` is not one of the three.
+    """
+    graph, is_outlier, truth = town()
+    if stage == "odometry":
+        return _by_pipeline(*measured(lambda z, own: gyro_bias(z, own, by)))
+    if stage == "certificate":
+        wound = truth + np.outer(np.arange(90) / 90, [0, 0, 2.0 * np.pi * by])
+        return _certified_by(graph, is_outlier, ~is_outlier, wound)
+    if stage != "places":
+        raise ValueError(f"stage: {stage!r}; use 'odometry', 'places' or 'certificate'.")
+    other, is_one, _ = town(kind="aliased", count=24)
+    mistaken = [getattr(other, name)[is_one][: int(by)] for name in _CLOSURE]
+    joined = pose_graph.with_closures(graph, *mistaken)
+    return _by_pipeline(
+        joined, np.arange(len(joined.edges)) >= len(graph.edges) - is_outlier.sum()
+    )
+
+
+_CLOSURE = ("edges", "measurement", "information")
 
 
 def _by_pipeline(graph: PoseGraph, is_outlier: Mask) -> Outcome:

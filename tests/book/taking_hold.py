@@ -15,7 +15,7 @@ _SEEN = f"""async (picture) => {{
   return [part('.rs-stage').innerHTML, part('.rs-caption').textContent,
     picture.getBoundingClientRect().height];
 }}"""
-_CHANGES = """(control) => control.ariaDisabled !== "true"
+_CHANGES = """(control) => control.ariaDisabled !== "true" && control.ariaPressed !== "true"
   && !["reset", "link"].includes(control.dataset.control)"""
 _RESET = """async (picture) => {
   picture.querySelector('[data-control=reset]').click();

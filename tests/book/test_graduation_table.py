@@ -8,6 +8,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from robust_slam_course.pictures.graphs import stored
 
 from tools.data import graduation
 from tools.data.graduation import CLAIMS, COLUMNS, KINDS, NOISES, PERCENTS, SEEDS, World
@@ -22,6 +23,26 @@ def test_every_place_of_the_plan_is_in_the_table():
     assert TEXT.startswith(f"# good maps of {len(SEEDS)}:")
     assert len(ROWS) == len(PERCENTS) * len(KINDS) * len(NOISES) * len(CLAIMS)
     assert tuple(ROWS[0])[4:] == COLUMNS
+
+
+def test_the_picture_has_as_many_lost_maps_as_the_table():
+    shown = stored("graduation.json")["lost"]
+    for n, noise in enumerate(NOISES):
+        place = {"percent": "50", "kind": "consistent", "noise": str(noise), "claim": "1.0"}
+        (row,) = (row for row in ROWS if place.items() <= row.items())
+        counts = {
+            column: str(each[n].count("")) for column, each in zip(COLUMNS, shown, strict=True)
+        }
+        assert counts.items() <= row.items()
+    graph, reference = graduation.make(World(50, "consistent", 0.1, 3))
+    for found, each in zip(graduation.solved(graph), shown, strict=True):
+        drawn = each[NOISES.index(0.1)][3]
+        assert not drawn or apart(graduation.lost_letters(found, reference), drawn) <= 2
+
+
+def apart(one: str, other: str) -> int:
+    """How many letters lie between two maps, at most."""
+    return max(abs(ord(a) - ord(b)) for a, b in zip(one, other, strict=True))
 
 
 @pytest.mark.parametrize(("kind", "noise"), [("consistent", 0.05), ("random", 0.1)])

@@ -27,6 +27,7 @@ from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
+from robust_slam_course.pictures.graphs import map_steps
 
 from tools.data import make
 
@@ -87,9 +88,8 @@ def _run(
     poses, weights = solver(graph)
     _, proof = certify(graph, poses, weights)
     used = "".join(str(int(w >= _IN_USE)) for w in weights[~graph.is_odometry])
-    places = np.round(align(poses, truth)[:, :2] / _UNIT).astype(int)
-    steps = np.diff(places, axis=0, prepend=0)
-    number = maps.setdefault(tuple(steps.ravel().tolist()), len(maps))
+    steps = tuple(map_steps(align(poses, truth), _UNIT))
+    number = maps.setdefault(steps, len(maps))
     certified = proof.verdict is Verdict.CERTIFIED
     return [number, used, round(float(ate(poses, truth)), 2), int(certified)]
 

@@ -8,6 +8,11 @@ least-squares map of the correct edges.
 
     python -m tools.data.graduation
     python -m tools.data.graduation --out lib/robust_slam_course/pictures/graduation.csv
+    python -m tools.data.graduation --maps lib/robust_slam_course/pictures/graduation.json
+
+The last writes the maps of half the closures consistent outliers and the true σ, as a picture
+draws them: a town is told by the steps between every second pose, each a letter for x and one for
+y, and in the place of a good map, which looks like its town, there are no letters.
 """
 
 from __future__ import annotations
@@ -15,18 +20,21 @@ from __future__ import annotations
 import argparse
 import csv
 import dataclasses
+import json
 import sys
 from itertools import product
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.estimators import chi_square_threshold
 from robust_slam.graphs import Noise, PoseGraph, add_random_closures, ate, manhattan
+from robust_slam.graphs.metrics import align
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.problems import PoseGraphProblem
+from robust_slam_course.pictures.graphs import map_steps
 from tqdm import tqdm
 
 from benchmarks import methods
@@ -40,6 +48,8 @@ CLOSURES = 20
 GROUP = 5
 GOOD = 0.1
 """The largest distance (m) of a good map from that of the correct edges."""
+UNIT = 0.4
+"""How far (m) a drawn pose may move by one letter."""
 C = chi_square_threshold(methods.PROBABILITY, 3)
 Place = tuple[int, str, float, float]
 """A row of the table: percent and kind of outliers, noise and claim."""
@@ -83,21 +93,45 @@ def good_maps(graph: PoseGraph, reference: Array, claim: float) -> list[bool]:
     Every edge claims ``claim`` times its true σ.
     """
     claimed = dataclasses.replace(graph, information=graph.information / claim**2)
-    problem = PoseGraphProblem(claimed, steps=methods.STEPS)
+    return [found is not None and ate(found, reference) <= GOOD for found in solved(claimed)]
+
+
+def solved(graph: PoseGraph) -> list[Array | None]:
+    """Return the map of each start and method, in the order of COLUMNS; None for a failure."""
+    problem = PoseGraphProblem(graph, steps=methods.STEPS)
     starts = [methods.STARTS[name](problem) for name in STARTS]
-    return [
-        _is_good(method, problem, x0, reference)
-        for x0, method in product(starts, METHODS.values())
-    ]
+    return [_map_of(method, problem, x0) for x0, method in product(starts, METHODS.values())]
 
 
-def _is_good(
-    method: methods.Descent, problem: PoseGraphProblem, x0: Array, reference: Array
-) -> bool:
+def _map_of(method: methods.Descent, problem: PoseGraphProblem, x0: Array) -> Array | None:
     try:
-        return ate(method(problem, C, x0), reference) <= GOOD
+        return method(problem, C, x0)
     except (NotConverged, Underdetermined):
-        return False
+        return None
+
+
+def drawn() -> dict[str, Any]:
+    """Return the towns and, by column, noise and seed, the maps that are lost."""
+    lost: list[list[list[str]]] = [[[] for _ in NOISES] for _ in COLUMNS]
+    towns = [letters(make(World(50, "consistent", NOISES[0], seed))[1]) for seed in SEEDS]
+    for (n, noise), seed in product(enumerate(NOISES), SEEDS):
+        graph, reference = make(World(50, "consistent", noise, seed))
+        for k, found in enumerate(solved(graph)):
+            lost[k][n].append(lost_letters(found, reference))
+    return {"unit": UNIT, "towns": towns, "lost": lost}
+
+
+def lost_letters(found: Array | None, reference: Array) -> str:
+    """Return the letters of a map, none where it is good."""
+    if found is None:
+        return letters(0.0 * reference)
+    return "" if ate(found, reference) <= GOOD else letters(align(found, reference))
+
+
+def letters(poses: Array) -> str:
+    """Return the steps between every second of ``poses``, "N" for none, in ``UNIT``."""
+    steps = np.clip(map_steps(poses[::2], UNIT), -35, 40)
+    return "".join(chr(ord("N") + step) for step in steps)
 
 
 def count_good() -> dict[Place, np.ndarray]:
@@ -117,7 +151,12 @@ def main() -> int:
     """Write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, help="the CSV file; by default it is printed")
-    out = parser.parse_args().out
+    parser.add_argument("--maps", type=Path, help="write the maps of the picture to this file")
+    chosen = parser.parse_args()
+    if chosen.maps:
+        chosen.maps.write_text(json.dumps(drawn(), separators=(",", ":")) + "\n", "utf-8")
+        return 0
+    out = chosen.out
     counts = count_good()
     with out.open("w", encoding="utf-8") if out else sys.stdout as file:
         file.write(

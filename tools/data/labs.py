@@ -1,4 +1,4 @@
-"""What the live pictures of the labs show and the page cannot compute: the library's decisions.
+"""What the picture of the growing map shows and the page cannot compute: the library's decisions.
 
 python -m tools.data.labs
 python -m tools.data.labs --out lib/robust_slam_course/pictures/labs.json
@@ -11,12 +11,8 @@ from typing import Any
 
 import numpy as np
 from robust_slam._arrays import Mask
-from robust_slam.certificates import Verdict, certify
-from robust_slam.estimators import Result, chi_square_threshold, gnc, irls, kernels
-from robust_slam.estimators.result import Step
 from robust_slam.graphs import PoseGraph
 from robust_slam.incremental.growing_map import GrowingMap
-from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
 
 from tools.data import make
@@ -55,41 +51,15 @@ def _in_graph(order: np.ndarray, growing: GrowingMap, m: int) -> Mask:
     return mask
 
 
-def proofs() -> dict[str, list[float]]:
-    """Return of each step of each run on the ring the share of its cost that is not proved."""
-    graph = labs.ring(0)[0]
-    return {
-        f"{solver} {start}": [_gap(graph, step) for step in _run(graph, solver, x0).history[1:]]
-        for start, x0 in labs.starts(graph).items()
-        for solver in ("gnc", "switches")
-    }
-
-
-def _run(graph: PoseGraph, solver: str, x0: np.ndarray) -> Result[np.ndarray]:
-    problem, c = PoseGraphProblem(graph, tol=1e-9, steps=200), chi_square_threshold(0.99, 3)
-    if solver == "gnc":
-        return gnc(problem, c, x0=x0, tol=1e-6)
-    return irls(problem, kernels.geman_mcclure(c), x0, tol=1e-6)
-
-
-def _gap(graph: PoseGraph, step: Step[np.ndarray]) -> float:
-    _, proof = certify(graph, step.x, step.weights)
-    if proof.verdict is Verdict.CERTIFIED:
-        return 0.0
-    return round(proof.bound / proof.cost, 3)
-
-
-def tables() -> dict[str, Any]:
-    """Return both tables."""
-    return {"minds": [list(mind(pose)) for pose in labs.ARRIVALS], "proofs": proofs()}
+def table() -> dict[str, Any]:
+    """Return the table by the name that the picture knows."""
+    return {"minds": [list(mind(pose)) for pose in labs.ARRIVALS]}
 
 
 def told(made: dict[str, Any]) -> Iterator[str]:
-    """Yield the number of histories, and the gaps of each run: a dot where there is none."""
+    """Yield the number of histories."""
     yield f"{len(made['minds'])} histories of kept closures"
-    for name, gaps in made["proofs"].items():
-        yield f"{name} {''.join('x' if gap else '.' for gap in gaps)}"
 
 
 if __name__ == "__main__":
-    make(__doc__, tables, told)
+    make(__doc__, table, told)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
 from robust_slam.solver.fitted import Fitted, relative_squares
@@ -103,8 +103,13 @@ def gains(graph: PoseGraph, poses: Array, kept: Mask, asked: Mask, entropy: floa
     """
     fit = Fitted.of(graph, poses, kept)
     closures = np.flatnonzero(asked[kept])
-    left, off = fit.left(closures), fit.residuals[closures]
+    return gained(fit, closures, fit.left(closures), entropy)
+
+
+def gained(fit: Fitted, closures: Indices, left: Array, entropy: float) -> Array:
+    """Return ``gains`` of ``closures`` ``(k,)`` of a fit, where noise leaves ``left`` of them."""
+    off = fit.residuals[closures]
     precision = fit.graph.information[closures] @ left
     squares = relative_squares(off, left)
-    chance = entropy - 0.5 * graph.group.DOF * np.log(2.0 * np.pi)
+    chance = entropy - 0.5 * fit.graph.group.DOF * np.log(2.0 * np.pi)
     return np.asarray(chance + 0.5 * (np.linalg.slogdet(precision)[1] - squares))

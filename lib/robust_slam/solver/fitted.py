@@ -18,6 +18,7 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.sparse.pattern import PoseFactors, sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
 
+_DRAWS = 24
 _NOTHING = 1e-4
 """The variance, of noise of variance 1, below which nothing is left of an edge."""
 
@@ -72,6 +73,14 @@ class Fitted:
         taken = self.taken_up(units.reshape(-1, *self.residuals.shape))
         assert taken is not None
         return np.eye(d) - taken.reshape(units.shape)[np.arange(edges.size), :, edges]
+
+    def roughly_left(self, edges: Indices) -> Array:
+        """Return ``left`` from a few draws of the noise, for many ``edges`` ``(k,)``."""
+        noise = np.random.default_rng(0).normal(size=(_DRAWS, *self.residuals.shape))
+        taken = self.taken_up(noise)
+        assert taken is not None
+        drawn = (noise - taken)[:, edges]
+        return np.asarray(np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS)
 
     def following(self, edges: Indices) -> Array:
         """Return how far each pose moves with a displacement of ``edges`` ``(k,)``, ``(k, n)``.

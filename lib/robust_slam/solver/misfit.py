@@ -20,10 +20,8 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
 from robust_slam.solver.fitted import Fitted, relative_squares
 
-_DRAWS = 24
-"""So many draws of the noise tell roughly what it leaves of each step …"""
 _WORST = 8
-"""… and of so many steps, which are off by most beside this, it is computed."""
+"""What noise leaves is computed of so many steps, which are off by most beside a rough guess."""
 _CLOSE = 10.0
 """Closures within so many thresholds are close, and counted beside those within its square."""
 
@@ -65,13 +63,10 @@ def _slipped(
 ) -> tuple[int | None, tuple[float, float]]:
     """Return the step that is off by most beside what noise leaves of it, and by how much."""
     fit, count = Fitted.of(graph, poses, kept), int(np.sum(kept & graph.is_odometry))
-    noise = np.random.default_rng(0).normal(size=(_DRAWS, *fit.residuals.shape))
-    whole = np.concatenate([fit.residuals[None], noise])
-    taken = fit.taken_up(whole)
+    taken = fit.taken_up(fit.residuals[None])
     if taken is None or not count:
         return None, NOTHING.off
-    left, drawn = (whole - taken)[0], (whole - taken)[1:]
-    rough = np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS
+    left, rough = fit.residuals - taken[0], fit.roughly_left(np.arange(len(fit.residuals)))
     squares = np.where(fit.graph.is_odometry, relative_squares(left, rough), 0.0)
     worst = np.argsort(-squares, kind="stable")[:_WORST]
     spread = fit.left(worst)

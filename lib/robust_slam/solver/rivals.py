@@ -34,31 +34,29 @@ from robust_slam.graphs.pose_graph import (
 )
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver.candidates import TOL, Candidate, Search, Sparing
-from robust_slam.solver.evidence import any_entropy, evidence, gains
+from robust_slam.solver.evidence import any_entropy, evidence, gained
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.noise import rescaled
 
 APART, _ALONG = 4, 20
 """Closures are of one place if both ends are so few poses apart, or one end, and the other so."""
 _LEAST = 3
-"""Fewer rejected closures are no rival."""
-_SEED = 2
-"""So many of a group are trusted; more may have a wrong one among them."""
+"""Fewer rejected closures are no rival; so many of a group are trusted, lest one is wrong."""
 _TRIED = 5
 """So many groups are tried, the largest first."""
-_POSES = 5000
-"""Of a graph of more than a fifth of so many poses fewer groups are tried."""
+_CHANCES, _MORE = 5, 1.3
+"""So many draws tell how large groups are by chance; a rival has more than this share."""
 _CLEAR = 2.0
 """A closure within so many thresholds is no matter of dispute."""
-_STEPS = 10
+_STEPS, _AT_REST = 10, 0.05
+"""A minimum takes so many steps, or fewer if one changes its cost (nats) by less."""
 _COMPARABLE = 0.1
 """A rival is comparable if what it keeps beyond both has this share of the map's evidence."""
 _WON = 3
 """So many rivals in turn may take the place of the map."""
-_ALONE = 4.0
-"""A place is not confirmed if the map without it predicts it less (nats) better than chance …"""
-_DRAWS, _CHECKED, _MOST = 24, 0.4, 200
-"""By so many draws the poses take up more than this share of its noise; fewer than so many."""
+_ALONE, _PERHAPS = 4.0, 8.0
+"""A place is not confirmed if the map without it predicts it less (nats) better than chance, or
+perhaps not, by a rough estimate …"""
 _RESTING = 25
 """… and named if so many poses rest on it."""
 
@@ -74,17 +72,38 @@ def places(ends: Indices) -> Indices:
     return np.array(first, dtype=np.intp)
 
 
-def apart(search: Search, best: Candidate, closures: Indices) -> Array:
-    """Return how far pairs of ``closures`` ``(k,)`` disagree on a displacement, ``(k, k)``.
+def compared(search: Search, best: Candidate, closures: Indices) -> tuple[Array, Indices]:
+    """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many agree by chance.
 
-    It is the distance of ``pairwise_distances``, where the kept edges of the map take the place of
-    the odometry: a tree of the fewest of them.
+    The distances ``(2, k, k)`` are those of ``pairwise_distances``, in which first the kept edges
+    of the map take the place of the odometry, a tree of the fewest of them, and then the trusted
+    edges. By chance is any pose of the map seen from any other: so many ``(2,)`` of such closures
+    agree with one at most.
     """
-    graph = _as_mapped(rescaled(search.graph, best.found), best)
-    root, every = np.array([graph.n // 2]), np.arange(best.kept.size)
-    forest = find_forest(graph, best.kept, np.ones(best.kept.size), root)
-    tree = replace(graph, is_odometry=np.isin(every, forest.edge))
-    return pairwise_distances(tree, np.isin(every, closures))
+    graph = rescaled(search.graph, best.found)
+    whole, every = _as_mapped(graph, best), np.arange(best.kept.size)
+    fewest = find_forest(whole, best.kept, np.ones(best.kept.size), np.array([graph.n // 2]))
+    trees = (
+        replace(whole, is_odometry=np.isin(every, fewest.edge)),
+        replace(graph, is_odometry=search.trusted),
+    )
+    rng, asked, drawn = np.random.default_rng(0), np.isin(every, closures), []
+    for tree in trees:
+        draws = (_by_chance(tree, best.poses, closures, rng) for _ in range(_CHANCES))
+        drawn.append([pairwise_distances(one, asked) for one in (tree, *draws)])
+    far = np.array(drawn)
+    agree = far[:, 1:] <= search.threshold
+    return far[:, 0], agree.sum(axis=2).max(axis=(1, 2), initial=0)
+
+
+def _by_chance(
+    graph: PoseGraph, poses: Array, closures: Indices, rng: np.random.Generator
+) -> PoseGraph:
+    """Return the graph whose ``closures`` measure where one pose is seen from another."""
+    i, j = poses[rng.integers(graph.n, size=(2, closures.size))]
+    measurement = graph.measurement.copy()
+    measurement[closures] = graph.group.between(i, j)
+    return replace(graph, measurement=measurement)
 
 
 def _as_mapped(graph: PoseGraph, best: Candidate) -> PoseGraph:
@@ -145,25 +164,24 @@ def contests(search: Search, best: Candidate) -> Iterator[Contest]:
         return
     free = replace(search, graph=graph, trusted=odometry, learns=False)
     left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
-    tree = replace(graph, is_odometry=search.trusted)
-    drifted = pairwise_distances(tree, np.isin(np.arange(odometry.size), left))
-    far = np.minimum(apart(search, best, left), drifted)
-    for _ in range(max(1, min(_TRIED, _POSES // graph.n))):
+    far, chance = compared(search, best, left)
+    for _ in range(_TRIED):
         agree = far <= search.threshold
-        sizes = agree.sum(axis=1)
-        if search.deadline.passed or sizes.max(initial=0) < _LEAST:
+        more = agree.sum(axis=1) - np.maximum(_MORE * chance, _LEAST - 1)[:, None]
+        if search.deadline.passed or more.max(initial=0.0) <= 0.0:
             return
-        middle = int(np.argmax(sizes))
-        seed = np.argsort(far[middle], kind="stable")[:_SEED]
-        tried = np.isin(np.arange(left.size), seed)
+        tree, middle = np.unravel_index(np.argmax(more), more.shape)
+        group = left[agree[tree, middle]]
+        seed = left[np.argsort(far[tree, middle], kind="stable")[:_LEAST]]
+        tried = np.isin(left, seed)
         with suppress(ValueError):
-            poses = _forced(free, best, left[seed], left[agree[middle]])
+            poses = _forced(free, best, seed, group)
             rival = free.settle("rival", poses, np.ones(4))
             if np.any(rival.kept[left]):
                 contest = _compared(free, best, rival)
                 tried |= rival.kept[left] & (contest.for_rival > 0.0)
                 yield contest
-        left, far = left[~tried], far[np.ix_(~tried, ~tried)]
+        left, far = left[~tried], far[:, ~tried][:, :, ~tried]
 
 
 def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Array:
@@ -206,7 +224,8 @@ def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
 
 
 def _compared(free: Search, best: Candidate, rival: Candidate) -> Contest:
-    return Contest(rival, _beyond(free, rival, best), _beyond(free, best, rival))
+    for_rival = _beyond(free, rival, best)
+    return Contest(rival, for_rival, _beyond(free, best, rival) if for_rival > 0.0 else np.inf)
 
 
 def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
@@ -247,10 +266,12 @@ def _minimum(search: Search, kept: Mask, poses: Array) -> Array:
 
 
 def _at_rest(problem: PoseGraphProblem, used: Mask, poses: Array) -> Array:
-    """Return the poses where Gauss-Newton steps with the ``used`` edges ``(m,)`` hardly move."""
+    """Return the poses where Gauss-Newton steps change the ``used`` edges' cost hardly."""
+    cost = np.inf
     for _ in range(_STEPS):
-        before, poses = poses, problem.solve(used.astype(np.float64), poses)
-        if np.abs(poses - before).max() < TOL:
+        poses = problem.solve(used.astype(np.float64), poses)
+        before, cost = cost, 0.5 * float(np.sum(problem.residual_norms(poses)[used] ** 2))
+        if abs(before - cost) < _AT_REST:
             break
     return poses
 
@@ -277,24 +298,15 @@ def lone_places(search: Search, best: Candidate) -> tuple[Lone, ...]:
     one_each |= best.kept & search.trusted & ~search.graph.is_odometry
     kept = (best.kept & search.graph.is_odometry) | one_each
     poses = _minimum(free, kept, best.poses)
-    fit = Fitted.of(free.graph, poses, kept)
-    one_each &= _hardly_checked(fit, kept)
-    gained = gains(free.graph, poses, kept, one_each, any_entropy(free.graph.group, poses))
-    alone = np.flatnonzero(one_each)[gained < _ALONE]
-    if not alone.size:
+    fit, entropy = Fitted.of(free.graph, poses, kept), any_entropy(free.graph.group, poses)
+    closures = np.flatnonzero(one_each[kept])
+    for limit, left in ((_PERHAPS, fit.roughly_left), (_ALONE, fit.left)):
+        if closures.size:
+            closures = closures[gained(fit, closures, left(closures), entropy) < limit]
+    if not closures.size:
         return ()
-    shares = fit.following(np.cumsum(kept)[alone] - 1)
+    alone, shares = np.flatnonzero(kept)[closures], fit.following(closures)
     found = (
         Lone(int(k), np.flatnonzero(share > 0.5)) for k, share in zip(alone, shares, strict=True)
     )
     return tuple(one for one in found if one.poses.size >= _RESTING)
-
-
-def _hardly_checked(fit: Fitted, kept: Mask) -> Mask:
-    """Return which ``kept`` edges ``(m,)`` the others check least, roughly, from random signs."""
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], (_DRAWS, *fit.residuals.shape))
-    taken, found = fit.taken_up(signs), kept.copy()
-    if taken is not None:
-        share = np.where(fit.graph.is_odometry, 0.0, np.mean(signs * taken, axis=(0, 2)))
-        found[kept] = share > max(_CHECKED, np.sort(share)[-_MOST:][0])
-    return found

@@ -35,7 +35,7 @@ from robust_slam.graphs.pose_graph import (
 )
 from robust_slam.solver.candidates import TOL, Candidate, Search
 from robust_slam.solver.noise import rescaled
-from robust_slam.solver.rivals import APART, apart, places
+from robust_slam.solver.rivals import APART, compared, places
 
 _MOST = 8
 """No more slips are looked for: the odometry is then of another kind."""
@@ -298,7 +298,7 @@ def _groups(
     touched = np.any([crossing.any(axis=0) for *_, crossing in cuts], axis=0)
     if touched.sum() < min(_PLACES.values()):
         return []
-    agree = apart(search, best, left[touched]) <= search.threshold
+    agree = compared(search, best, left[touched])[0][0] <= search.threshold
     found = []
     for flipped, chosen, lost, crossing in cuts:
         for rows in _alike(crossing):

@@ -15,10 +15,11 @@ from robust_slam_course.quiz import ask
 from robust_slam_course.style import figure_style
 
 _TWISTED = [0, 72, 144, -144, -72]
+_REST = {"held": 1, "turn": 0, "far": 0}
 
 
 def certificate() -> Picture:
-    """Return a twisted ring of five headings, its certificate and the climb out of it."""
+    """Return a twisted ring of five headings to pull, and its certificate."""
     Q, R = _twisted_ring()
     _, eigenvalues = sdp.dense_certificate(Q, R)
     lowest = f"{eigenvalues[0]:.2f}".replace("-", "−")
@@ -26,29 +27,26 @@ def certificate() -> Picture:
         name="certificate",
         title="Is there a better map?",
         question=ask(
-            "All headings were measured equal. Which turn of the arrows lowers the cost?",
+            "All headings were measured equal. Pull one: which turn lowers the cost?",
             {
                 "a small one": "The pulls on each arrow balance, and when it turns they pull it"
                 " back.",
-                "several small ones": "Between headings that differ by less than 90° every small"
-                " change costs more.",
-                "only a large one": "The ring is a local minimum: every small turn, of one arrow"
-                " or several, raises the cost.",
+                "none": "Beyond 54°, heading 4 takes the others along until the ring untwists, and"
+                " the cost falls.",
+                "only a large one": "Every small turn raises the cost, but beyond 54° two of the"
+                " arrows behind heading 4 differ by over 90°, and the ring untwists.",
             },
             right="only a large one",
         ),
         tries=[
-            "press Play to climb. Which cost is reached with a third row, and which with a"
-            " fourth?",
-            "choose equal headings and increase the measured turn. At which α does an"
-            " eigenvalue fall below 0?",
+            "Twist the ring again and pull the arrow beside the nail. How far has it to turn?",
         ],
         caption="A ring of five headings, twisted once, costs"
         f" {np.trace(R @ Q @ R.T):.2f}; equal headings cost 0. The smallest eigenvalue of the"
         f" certificate S is {lowest}, so the ring is not certified.",
-        state={"ring": "five", "degrees": _TWISTED, "alpha": 0, "step": 0},
-        answer={"degrees": [0] * 5, "step": 0},
-        data={},
+        state=_REST | {"ring": "five", "alpha": 0, "twisted": True},
+        answer={"held": 3, "turn": 90, "far": 90},
+        data={"main": "Let go"},
         still=_certificate_still(eigenvalues),
     )
 
@@ -69,12 +67,11 @@ def turning() -> Picture:
             right="60°",
         ),
         tries=[
-            "choose five headings, make them equal, and find the α at which they stop being best.",
-            "return to 70° and let the map climb. Where do the headings end, and at which cost?",
+            "Choose five headings, and find the α at which equal ones stop being best.",
         ],
         caption="Three equal headings, each measured to be turned by α from the one before, and"
         " the eigenvalues of their S for every α. Up to 60° none is negative.",
-        state={"ring": "three", "degrees": [0, 0, 0], "alpha": 70, "step": 0},
+        state=_REST | {"ring": "three", "alpha": 0, "twisted": False},
         answer={"alpha": 60},
         data={"main": "alpha"},
         still=_turning_still(),

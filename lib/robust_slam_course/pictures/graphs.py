@@ -47,6 +47,12 @@ def numbers(values: Array, digits: int) -> list[float]:
     return [round(float(value), digits) for value in np.ravel(values)]
 
 
+def map_steps(poses: Array, unit: float) -> list[int]:
+    """Return x and y of the first of ``poses``, then of each step to the next, in ``unit`` m."""
+    places = np.round(poses[:, :2] / unit).astype(int)
+    return np.diff(places, axis=0, prepend=0).ravel().tolist()
+
+
 def with_wrong(
     graph: PoseGraph, ends: ArrayLike, measured: ArrayLike | None = None
 ) -> tuple[PoseGraph, Mask]:

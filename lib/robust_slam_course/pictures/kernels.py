@@ -16,42 +16,35 @@ from robust_slam_course.style import figure_style
 
 
 def kernels() -> Picture:
-    """Return the location of chapter 2: a reading that moves away, as four kernels see it."""
+    """Return the location of chapter 2: a reading to move away, as four kernels see it."""
     inliers = [-1.4, -0.9, -0.5, -0.2, 0.2, 0.5, 0.9, 1.4]
-    reading, c = 8.0, 2.5
+    farthest, c = 15.0, 2.5
     four = [KERNELS[name](c) for name in ("squared", "huber", "cauchy", "tls")]
-    estimates = [_location([*inliers, reading], kernel) for kernel in four]
-    pulls = [float(kernel.psi(reading - x)) for kernel, x in zip(four, estimates, strict=True)]
+    ends = [_location([*inliers, farthest], kernel) for kernel in four]
     return Picture(
         name="kernels",
         title="One reading and four kernels",
         question=ask(
-            "The threshold c doubles from 2.5 to 5. Which of the four estimates moves most?",
+            "A ninth reading moves away to 15. How many of the four estimates come back?",
             {
-                "squared": "The square has no threshold and stays, whereas Huber lets a distant"
-                " reading pull with c itself.",
-                "Huber": "It lets a distant reading pull with c itself, and its estimate goes from"
-                " 0.312 to 0.625.",
-                "Cauchy": "Cauchy’s estimate moves by 0.19, Huber’s by 0.31: Huber lets a distant"
-                " reading pull with c itself.",
-                "TLS": "TLS rejects a reading at 8 in either case, whereas Huber lets it pull with"
-                " c itself.",
+                "none": f"That of TLS jumps back to {ends[3]:.0f}, and Cauchy’s returns to"
+                f" {ends[2]:.2f}.",
+                "one": "Not only that of TLS, which jumps back: Cauchy’s returns slowly, to"
+                f" {ends[2]:.2f}.",
+                "two": f"Cauchy’s returns to {ends[2]:.2f} and that of TLS to {ends[3]:.0f};"
+                f" Huber’s stops at {ends[1]:.2f}, and the mean moves on to {ends[0]:.2f}.",
+                "three": f"Huber’s stops at {ends[1]:.2f} and does not return: its pull stays as"
+                " large as the threshold.",
             },
-            right="Huber",
+            right="two",
         ),
-        tries=[
-            "begin with the reading at 0 and move it outwards. Where does Cauchy pull hardest, and"
-            " where does TLS reject it? Compare both with c.",
-            "bring the reading to 4 and change c: with a larger one TLS keeps the reading again."
-            " How small can c be before TLS rejects inliers?",
-        ],
-        caption=f"The reading at {reading:.1f} pulls with {pulls[0]:.2f} (squared), {pulls[1]:.2f}"
-        f" (Huber) and {pulls[2]:.2f} (Cauchy, at most {c / 2:.2f}); TLS rejects it."
-        f" Estimates: {', '.join(f'{abs(x):.2f}' for x in estimates)}.",
-        state={"z": reading, "c": c, "curve": "psi"},
-        answer={"c": 5.0},
+        tries=["Double the threshold. Which of the four estimates moves most?"],
+        caption="Above, the cost and the pull of a reading over its residual, by four kernels;"
+        " beneath them the four estimates as it moves away from eight others.",
+        state={"z": 0.0, "far": 0.0, "c": c},
+        answer={"z": farthest, "far": farthest},
         data={"inliers": inliers},
-        still=_kernels_still(inliers, reading, four),
+        still=_kernels_still(inliers, farthest, four),
     )
 
 

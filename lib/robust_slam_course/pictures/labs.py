@@ -6,13 +6,22 @@ import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.estimators import Result, chi_square_threshold, gnc, switchable
 from robust_slam.graphs import ate, dead_reckoning
+from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course import labs
 from robust_slam_course.canvas.picture import Picture
-from robust_slam_course.pictures.graphs import graph_data, map_still, numbers, stored
+from robust_slam_course.pictures.graphs import (
+    graph_data,
+    map_steps,
+    map_still,
+    numbers,
+    stored,
+)
 from robust_slam_course.quiz import ask
+
+_UNIT = 0.05  # m, about one pixel of the picture of certificates
 
 
 def arena() -> Picture:
@@ -93,12 +102,15 @@ def growing() -> Picture:
 
 
 def proofs() -> Picture:
-    """Return the steps of a reweighting loop, each of which is certified."""
+    """Return runs of two reweighting loops from headings that the reader winds, all certified."""
     graph, is_outlier, _ = labs.ring(0)
-    starts = labs.starts(graph)
-    best = PoseGraphProblem(select(graph, ~is_outlier)).initial()
-    gaps = stored("labs.json")["proofs"]
-    failed = sum(gap > 0 for gap in gaps["gnc twice"])
+    best, runs = labs.best_of_ring(), labs.certified_runs()
+    first, loops = runs["gnc"][0], ~graph.is_odometry
+    fates = {
+        solver: "".join("w" if run.off > labs.GOOD else "g" for run in each)
+        for solver, each in runs.items()
+    }
+    thrice = labs.TURNS.index(3.0)
     return Picture(
         name="proofs",
         title="Certify inside the loop",
@@ -112,26 +124,32 @@ def proofs() -> Picture:
             },
             right="not always",
         ),
-        tries=[
-            "play the run from headings that are wound twice. At which step does the first"
-            " certificate fail, and what becomes of the inliers?",
-            "start from headings wound three times, or let switches solve. Which runs are lost"
-            " although nothing fails?",
-            "start from least squares, where the first certificate fails. Is the run lost?",
-        ],
-        caption="Step 0 is the start. The map is"
-        f" {ate(starts['twice'], best):.2f} m from the best one. In this run {failed} of the"
-        f" {len(gaps['gnc twice'])} certificates fail, and it ends in a lost map.",
-        state={"step": 0, "start": "twice", "solver": "gnc"},
-        answer={"start": "thrice", "step": 13},
+        tries=["Let switches solve. Does a certificate fail, and is the map good?"],
+        caption="A ring of two rounds with 12 inliers and four outliers. From odometry all"
+        f" {len(first.signs)} certificates of GNC succeed, and the map is {first.off:.2f} m from"
+        " the best one.",
+        state={"solver": "gnc", "wound": 0, "tried": {}},
+        answer={"wound": thrice, "tried": {"gnc": fates["gnc"]}},
         data={
-            **graph_data(graph, best, 6),
-            "best": numbers(best, 4),
-            "outlier": is_outlier.astype(int).tolist(),
-            "starts": {name: numbers(poses, 6) for name, poses in starts.items()},
-            "proofs": gaps,
+            "turns": list(labs.TURNS),
+            "best": numbers(best * [1.0, 1.0, 0.0], 2),
+            "closures": graph.edges[loops].tolist(),
+            "inliers": int(np.sum(loops & ~is_outlier)),
+            "unit": _UNIT,
+            "runs": {
+                solver: [
+                    {
+                        "signs": run.signs,
+                        "off": round(run.off, 2),
+                        "used": "".join(str(int(w >= 0.25)) for w in run.weights[loops]),
+                        "steps": map_steps(align(run.poses, best), _UNIT),
+                    }
+                    for run in each
+                ]
+                for solver, each in runs.items()
+            },
         },
-        still=map_still(graph, starts["twice"], best, is_outlier, np.ones_like(is_outlier)),
+        still=map_still(graph, first.poses, best, is_outlier, first.weights >= 0.25),
     )
 
 

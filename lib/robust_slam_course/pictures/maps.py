@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
@@ -89,68 +91,92 @@ def cycles() -> Picture:
     )
 
 
+_END = 42
+_PLACES = 52  # for the other end of the first of nine wrong closures
+_LOST = {
+    "gnc squares": {1, 2, 3, 4, 5, 6, 13, 14, 18, 19, 20, 29, 30},
+    "gnc odometry": {18},
+}
+"""From which places the nine bend the map of a method and a start by more than 0.4 m."""
+
+
+def _tried(run: str) -> str:
+    """Return the ribbon of a run as the reader's drag paints it, a letter for each place."""
+    near = range(_END - 1, _END + 2)
+    return "".join("." if k in near else "w" if k in _LOST[run] else "g" for k in range(_PLACES))
+
+
 def showcase() -> Picture:
-    """Return three estimators side by side on a map with wrong closures that the reader moves."""
-    graph, truth = _drive()
-    wrong = [42, 9]
-    return Picture(
-        name="showcase",
-        title="Nine wrong closures, three estimators",
-        question=ask(
-            "Do switches and GNC keep nine wrong closures that agree, against ten correct ones?",
-            {
-                "never": "This is no vote: with the diamond at pose 3, both keep all nine from"
-                " least squares.",
-                "from some starts": "With the diamond at pose 3, both keep all nine from least"
-                " squares, none from odometry.",
-                "always": "From odometry both keep none: what fits depends on the map at which"
-                " they begin.",
-            },
-            right="from some starts",
-        ),
-        tries=[
-            "drag the diamond to where the drive begins: do the switches and GNC follow the nine"
-            " wrong closures? Then start from odometry.",
-            "leave a single wrong closure. Can you find a place for its ends where the switches"
-            " or GNC follow it?",
-        ],
-        caption="One drive with nine wrong closures that agree (dashed), over the dotted true"
-        " path. Least squares and switchable constraints fold the map, and GNC does not.",
-        state={"wrong": wrong, "size": _AGREEING, "start": "squares"},
-        answer={"wrong": [42, 3]},
-        data=graph_data(graph, truth, 4),
-        still=_three_estimators(graph, truth, wrong),
+    """Return the map of one of three methods, and wrong closures to drag along the drive."""
+    lost, places = len(_LOST["gnc squares"]), _PLACES - 3
+    return _dragged(
+        "showcase",
+        "Nine wrong closures that agree",
+        "Drag the diamond: from where do the nine bend GNC’s map?",
+        {
+            "nowhere": f"This is no vote against ten correct ones: from {lost} of {places} places"
+            " the nine win.",
+            "some places": f"From {lost} of {places}, most of them near the beginning of the"
+            " drive, where the map of least squares has hidden their error.",
+            "everywhere": f"GNC rejects all nine from most places, but from {lost} of {places}"
+            " they win.",
+        },
+        "some places",
+        "Choose least squares, and drag to where GNC is lost. Which places has the start bent?",
+        {"place": 3, "tried": {"gnc squares": _tried("gnc squares")}},
+        place=9,
+        tried={},
+        main="method",
     )
 
 
 def starts() -> Picture:
-    """Return the picture of ``showcase`` where the start decides what is kept."""
+    """Return the picture of ``showcase`` where the start is chosen, and one is tried already."""
+    (exception,) = _LOST["gnc odometry"]
+    tried = {"gnc squares": _tried("gnc squares")}
+    return _dragged(
+        "starts",
+        "The start decides which closures fit",
+        f"GNC is lost from {len(_LOST['gnc squares'])} places. From how many if it starts from"
+        " odometry?",
+        {
+            "one": f"Only from pose {exception}, and there the map is 0.58 m off.",
+            "half as many": f"Only one is left, pose {exception}: no closure has bent the"
+            " odometry, so the correct ones fit it first.",
+            "as many": "The measurements are the same, but in the shape of the odometry it is the"
+            " wrong closures that do not fit.",
+        },
+        "one",
+        "From which places do the switches follow the nine, from either start?",
+        {
+            "start": "odometry",
+            "place": exception,
+            "tried": tried | {"gnc odometry": _tried("gnc odometry")},
+        },
+        place=3,
+        tried=tried,
+        main="start",
+    )
+
+
+def _dragged(
+    name: str, title: str, prompt: str, answers: dict[str, str], right: str, to_try: str,
+    answer: dict[str, Any], *, place: int, tried: dict[str, str], main: str,
+) -> Picture:  # fmt: skip
+    """Return the drive of chapter 8 with nine wrong closures from pose 42 to ``place`` on."""
     graph, truth = _drive()
-    wrong = [42, 3]
     return Picture(
-        name="starts",
+        name=name,
         script="showcase",
-        title="The start decides which closures fit",
-        question=ask(
-            "From least squares GNC uses 3 of 10 correct closures. How many from odometry?",
-            {
-                "3": "In the shape of the odometry, it is the wrong closures that do not fit.",
-                "7": "So many it uses from least squares with the diamond at pose 9.",
-                "all ten": "No closure has bent the odometry, so the correct ones fit it first.",
-            },
-            right="all ten",
-        ),
-        tries=[
-            "start from odometry and drag the diamond along the drive. Does any method follow?",
-            "start from least squares and take wrong closures away. With how many does GNC"
-            " reject them?",
-        ],
-        caption="The same drive, with the diamond at pose 3. From least squares, switchable"
-        " constraints and GNC both keep all nine wrong closures (dashed).",
-        state={"wrong": wrong, "size": _AGREEING, "start": "squares"},
-        answer={"start": "odometry"},
-        data={**graph_data(graph, truth, 4), "main": "start"},
-        still=_three_estimators(graph, truth, wrong),
+        title=title,
+        question=ask(prompt, answers, right),
+        tries=[to_try],
+        caption="One drive with nine wrong closures that agree (dashed), over the dotted true"
+        f" path, with the diamond at pose {place}: the maps of least squares, switches and GNC.",
+        state={"place": place, "method": "gnc", "start": "squares", "tried": tried},
+        answer=answer,
+        data={**graph_data(graph, truth, 4), "end": _END, "main": main},
+        still=_three_estimators(graph, truth, [_END, place]),
     )
 
 

@@ -78,15 +78,17 @@ def _wall_still(p: Array, y: Array, line: Array, pulls: Array) -> Figure:
 
 
 def majoriser() -> Picture:
-    """Return the five readings of chapter 3, and the parabola that a step of IRLS minimises."""
-    inliers, outlier, sigma, start = [0.1, -0.2, 0.15, -0.1], 5.0, 0.3, 7.0
-    problem = LocationProblem([*inliers, outlier], sigma)
-    first, second, *_ = path = irls(problem, KERNELS["cauchy"](1.0), start, tol=1e-4).history
+    """Return the five readings of chapter 3, and the steps of IRLS from a start to drag."""
+    readings, sigma, start = [0.1, -0.2, 0.15, -0.1, 5.0], 0.3, 5.0
+    problem, kernel = LocationProblem(readings, sigma), KERNELS["cauchy"](1.0)
+    first, second, *_, last = irls(problem, kernel, start, tol=1e-4).history
+    ends = (irls(problem, kernel, k / 10, tol=1e-4).x for k in range(-9, 75))
+    tried = "".join("w" if abs(x) > 1.0 else "g" for x in ends)
     return Picture(
         name="majoriser",
         title="Each step goes to the lowest point of a parabola",
         question=ask(
-            "The steps begin at 7, next to the outlier at 5. Where do they end?",
+            "The outlier is at 5. Where do the steps end if they begin beyond it, at 7?",
             {
                 "near 5": "A step does not search nearby: the first goes past 5 to 3.75, where the"
                 " parabola is lowest.",
@@ -98,22 +100,17 @@ def majoriser() -> Picture:
             right="near 0",
         ),
         tries=[
-            "move the start. Which of the starts between 0 and 7 end at the outlier? Compare 4.0"
-            " with 4.2.",
-            "go to the last step and raise σ until the cost has one local minimum. Then choose"
-            " Huber, and TLS: what does the majoriser of TLS look like at the start?",
+            "Raise σ until the ribbon stays green. Then choose Huber, and TLS: what does the"
+            " majoriser of TLS look like at 3?",
         ],
-        caption=f"Cauchy, step 0 of {len(path) - 1}, cost {first.cost:.2f} at {start:g}. The"
-        f" majoriser is lowest at {second.x:.3f}, where the cost is {second.cost:.2f}. The outlier"
-        f" has weight {second.weights[-1]:.3f}, an inlier at most"
-        f" {second.weights[:-1].max():.3f}. The cost has two local minima.",
-        state={
-            "kernel": "cauchy", "start": start, "outlier": outlier, "sigma": sigma, "step": 0,
-        },
-        answer={"step": 13},
-        data={"inliers": inliers, "c": 1.0, "kernels": ["cauchy", "huber", "tls"]},
-        still=_majoriser_still([*inliers, outlier], sigma, start),
-    )  # fmt: skip
+        caption=f"Cauchy: from {start:g} the first step goes to {second.x:.2f}, and IRLS ends at"
+        f" {last.x:.2f}; the cost falls from {first.cost:.2f} to {last.cost:.2f}. The dashed"
+        " parabola is the majoriser of the first step.",
+        state={"kernel": "cauchy", "start": start, "sigma": sigma, "tried": {}},
+        answer={"start": 7, "tried": {f"cauchy {sigma}": tried}},
+        data={"readings": readings, "c": 1.0, "kernels": ["cauchy", "huber", "tls"]},
+        still=_majoriser_still(readings, sigma, start),
+    )
 
 
 @figure_style()

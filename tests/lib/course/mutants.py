@@ -33,12 +33,15 @@ a closure against the direction of travel, seen by pcm, in consistency.js
 a fit that is not leaning, seen by loop:lines, in location.js
 - const height = weightedMean(weights, y);
 + const height = weightedMean(p, y);
-a multiplier that is not symmetric, seen by climbs, in certificate.js
+a multiplier that is not symmetric, seen by headings, in certificate.js
 - blocks[4 * i + 2] = blocks[4 * i + 1];
 + blocks[4 * i + 2] = -blocks[4 * i + 1];
-a transposed measurement, seen by climbs, in certificate.js
+a transposed measurement, seen by headings, in certificate.js
 - const [cosine, sine] = [Math.cos(turns[k]), Math.sin(turns[k])];
 + const [cosine, sine] = [Math.cos(turns[k]), -Math.sin(turns[k])];
+a neighbour that expects the wrong turn, seen by rings, in ring.js
+- found[(i + 1) % n] - alpha]
++ found[(i + 1) % n] + alpha]
 a shared edge without its adjoint, seen by fleets, in fleet.js
 - z: back, information: turned };
 + z: back, information };

@@ -77,13 +77,9 @@ const SOLVERS = {
     const Q = page.connectionMatrix(n, edges, turns);
     return { Q, ...page.certify(Q, Float64Array.from(R), 2) };
   },
-  climbs: ({ n, edges, turns, angles }) => {
-    const Q = page.connectionMatrix(n, edges, turns);
-    const levels = page.staircase(Q, page.headingsRow(angles));
-    const { r, history } = levels.at(-1);
-    const headings = page.roundedHeadings(history.at(-1).R, r);
-    return { levels, headings: Array.from(headings, (angle) => [0, 0, angle]) };
-  },
+  rings: ({ angles, alpha }) => ({
+    headings: page.relaxedHeadings(angles, alpha).map((angle) => [0, 0, angle]),
+  }),
 };
 
 // Of several largest cliques the page may have another one than the library.

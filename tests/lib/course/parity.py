@@ -39,7 +39,6 @@ SOLVERS = {
     "loop:lines": (cases.line_cases, LINE),
     "descents": (graphs.descent_cases, GRAPH),
     "loop:graphs": (graphs.loop_cases, GRAPH),
-    "loop:labs": (graphs.run_cases, GRAPH),
     "covariances": (graphs.covariance_cases, GRAPH),
     "priors": (graphs.prior_cases, GRAPH),
     "aliases": (sets.alias_cases, LINE),
@@ -48,7 +47,7 @@ SOLVERS = {
     "cliques": (sets.clique_cases, LINE),
     "pcm": (sets.pcm_cases, GRAPH),
     "headings": (certificates.heading_cases, GRAPH),
-    "climbs": (certificates.climb_cases, GRAPH),
+    "rings": (certificates.ring_cases, GRAPH),
 }
 """For each family of cases, who draws them and the largest difference that is allowed."""
 

@@ -1,4 +1,4 @@
-"""Cases of certificates: headings alone, the staircase on them, and pose graphs."""
+"""Cases of certificates of headings, and of rings of headings at rest."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,8 +7,7 @@ import numpy as np
 from robust_slam.certificates import sdp
 from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.newton import descend
-from robust_slam.certificates.optimality import Certificate, certificate, judge
-from robust_slam.certificates.staircase import climb, rounded
+from robust_slam.certificates.optimality import Certificate, certificate
 from robust_slam.graphs import se2
 from robust_slam.graphs.pose_graph import PoseGraph
 
@@ -31,19 +30,18 @@ def heading_cases(rng: np.random.Generator) -> Iterator[Case]:
         )
 
 
-def climb_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """The staircase from twisted rings with noise: cost, λ_min and bound at every rank."""
+def ring_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Rings beside a twisted one that the page lets go: where their headings rest."""
     for _ in range(30):
-        n, edges, turns = _ring(rng, float(rng.choice([0.05, 0.2])), least=7, chords=1)
-        problem = ChordalProblem.of(rotation_graph(n, edges, turns))
-        twisted = 2.0 * np.pi * np.arange(n) / n
-        flat = descend(problem, pose_blocks(np.outer(twisted, [0.0, 0.0, 1.0]))).last.blocks
-        angles = np.arctan2(flat[:, 1, 0], flat[:, 0, 0])
-        graph = rotation_graph(n, edges, turns)
-        yield Case(
-            {"n": n, "edges": edges, "turns": turns, "angles": angles},
-            _staircase(graph, problem, angles),
-        )
+        n, alpha = int(rng.integers(5, 13)), float(rng.choice([0.0, 0.1, 0.3]))
+        edges = np.array([[k, (k + 1) % n] for k in range(n)])
+        angles = 2.0 * np.pi * np.arange(n) / n + 0.1 * rng.normal(size=n)
+        angles[0] = 0.0
+        problem = ChordalProblem.of(rotation_graph(n, edges, np.full(n, alpha)))
+        blocks = descend(problem, pose_blocks(np.outer(angles, [0.0, 0.0, 1.0]))).last.blocks
+        headings = np.arctan2(blocks[:, 1, 0], blocks[:, 0, 0])
+        turned = np.outer(headings - headings[0], [0.0, 0.0, 1.0])
+        yield Case({"angles": angles, "alpha": alpha}, {"headings": Angles(turned)})
 
 
 def rotation_graph(n: int, edges: np.ndarray, turns: np.ndarray) -> PoseGraph:
@@ -63,28 +61,10 @@ def _numbers(proof: Certificate) -> dict[str, Any]:
     }
 
 
-def _staircase(graph: PoseGraph, problem: ChordalProblem, angles: np.ndarray) -> dict[str, Any]:
-    blocks, levels = pose_blocks(np.outer(angles, [0.0, 0.0, 1.0])), []
-    for rank in range(2, 8):
-        proof = judge(problem, blocks)
-        numbers = _numbers(proof)
-        if rank > 2 and proof.direction is not None:
-            # A saddle: rounding pushes the last step off it, by about the stationarity asked for.
-            del numbers["verdict"], numbers["stationarity"]
-        levels.append({"r": rank, "proof": numbers})
-        if proof.direction is None or rank == 7:
-            break
-        blocks = descend(problem, climb(problem, blocks, proof.direction)).last.blocks
-    headings = rounded(graph, blocks, np.zeros((graph.n, 3)))
-    return {"levels": levels, "headings": Angles(headings)}
-
-
-def _ring(
-    rng: np.random.Generator, noise: float, least: int = 3, chords: int = 2
-) -> tuple[int, np.ndarray, np.ndarray]:
+def _ring(rng: np.random.Generator, noise: float) -> tuple[int, np.ndarray, np.ndarray]:
     """A ring of headings with chords: the number, the edges, the measured turns."""
-    n = int(rng.integers(least, 13))
-    across = [rng.permutation(n)[:2] for _ in range(int(rng.integers(0, chords + 1)))]
+    n = int(rng.integers(3, 13))
+    across = [rng.permutation(n)[:2] for _ in range(int(rng.integers(0, 3)))]
     edges = np.array([*([k, (k + 1) % n] for k in range(n)), *across])
     return n, edges, noise * rng.normal(size=len(edges))
 

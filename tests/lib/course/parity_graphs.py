@@ -118,15 +118,6 @@ def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
         )  # fmt: skip
 
 
-def run_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """All runs of the picture: its certificates are those of the library's steps."""
-    graph, *_ = labs.ring(0)
-    for start in labs.starts(graph).values():
-        for name, kind in (("gnc", "tls"), ("irls", "geman-mcclure")):
-            method = {"name": name, "c": C99, "kind": kind, "kernel": kind, "x0": "guess"}
-            yield graph_loop(graph, start, method, 100, tol=1e-9, steps=200)
-
-
 def covariance_cases(rng: np.random.Generator) -> Iterator[Case]:
     """Covariances of all poses of a town, some of whose edges weigh less."""
     graph, _ = labs.late_town()

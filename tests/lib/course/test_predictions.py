@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robust_slam.certificates import sdp
 from robust_slam.consistency import pcm
-from robust_slam.estimators import chi_square_threshold, gnc, irls, switchable
+from robust_slam.estimators import chi_square_threshold, gnc, irls
 from robust_slam.estimators.graduation import gm_surrogate
 from robust_slam.estimators.kernels import KERNELS
 from robust_slam.estimators.loop import reweight
@@ -15,8 +15,10 @@ from robust_slam.graphs import ate, dead_reckoning, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
 from robust_slam_course import labs, pictures
+from robust_slam_course.failures import outcome, town
 from robust_slam_course.pictures.graphs import agreeing, with_wrong
 from robust_slam_course.plots.landscapes import minima
+from scipy.optimize import minimize
 
 from tests.lib.course.parity_graphs import Switches
 
@@ -93,22 +95,27 @@ def leverage(data: Any, state: Any) -> Told:
 
 
 def kernels(data: Any, state: Any) -> Told:
-    z = [*data["inliers"], state["z"]]
-    at = {
-        name: [location(z, kernel, c, 0.0)[-1] for c in (2.5, 5.0)]
-        for name, kernel in zip(("squared", "Huber", "Cauchy", "TLS"), KERNELS, strict=False)
-    }
-    moved = {name: abs(b - a) for name, (a, b) in at.items()}
-    said = f"moves by {moved['Cauchy']:.2f}, Huber’s by {moved['Huber']:.2f}"
-    return max(moved, key=moved.__getitem__), [said, *(f"{x:.3g}" for x in at["Huber"])]
+    names = ("squared", "huber", "cauchy", "tls")
+    drifts = [
+        [
+            location([*data["inliers"], z], name, state["c"], 0.0)[-1]
+            for z in np.arange(0.0, 15.5, 0.5)
+        ]
+        for name in names
+    ]
+    back = [drift[-1] < 0.5 * max(drift) for drift in drifts]
+    mean, huber, cauchy, tls = (drift[-1] for drift in drifts)
+    assert back == [False, False, True, True] and max(drifts[1]) < huber + 0.01
+    said = f"Cauchy’s returns to {cauchy:.2f} and that of TLS to {tls:.0f}"
+    return "two", [said, f"stops at {huber:.2f}, and the mean moves on to {mean:.2f}"]
 
 
 def majoriser(data: Any, state: Any) -> Told:
-    z = [*data["inliers"], state["outlier"]]
-    path = location(z, state["kernel"], data["c"], state["start"], state["sigma"])
+    z, asked = data["readings"], pictures.majoriser().answer["start"]
+    path = location(z, state["kernel"], data["c"], asked, state["sigma"])
     right = "near 0" if abs(path[-1]) < 0.1 else "near 5"
     assert round(float(np.mean(z))) == 1
-    return right, [f"past {state['outlier']:g} to {path[1]:.2f}"]
+    return right, [f"past {z[-1]:g} to {path[1]:.2f}"]
 
 
 def basins(data: Any, state: Any) -> Told:
@@ -165,16 +172,25 @@ def consistency(data: Any, state: Any) -> Told:
 
 
 def certificate(data: Any, state: Any) -> Told:
-    edges = np.array([[k, (k + 1) % 5] for k in range(5)])
+    edges, rest = np.array([[k, (k + 1) % 5] for k in range(5)]), np.radians(72 * np.arange(5))
     Q = sdp.connection_matrix(5, edges, np.broadcast_to(np.eye(2), (5, 2, 2)))
 
-    def cost(turns: Any) -> float:
-        R = np.hstack([se2.rotation([0, 0, t]) for t in np.radians(state["degrees"]) + turns])
+    def cost(angles: Any) -> float:
+        R = np.hstack([se2.rotation([0, 0, t]) for t in angles])
         return float(np.trace(R @ Q @ R.T))
 
+    def pulled(free: Any, turn: float) -> float:
+        return cost([0, free[0], free[1], rest[3] + np.radians(turn), free[2]])
+
     small = 0.2 * np.random.default_rng(0).standard_normal((200, 5))
-    lower = [cost(turns) < cost(0.0) for turns in [*small, *(0.2 * np.eye(5))]]
-    return "only a large one" if not any(lower) and cost(0.0) > 0 else "a small one", []
+    lower = [cost(rest + turns) < cost(rest) for turns in [*small, *(0.2 * np.eye(5))]]
+    free, falls = rest[[1, 2, 4]], []
+    for turn in range(3, 91, 3):
+        found = minimize(pulled, free, turn)
+        free = found.x
+        falls += [turn] if found.fun < cost(rest) else []
+    assert not any(lower) and falls == [*range(falls[0], 91, 3)]
+    return "only a large one", [f"beyond {falls[0]}°"]
 
 
 def turning(data: Any, state: Any) -> Told:
@@ -193,47 +209,55 @@ def turning(data: Any, state: Any) -> Told:
     return f"{right}°", ["0, {:.2f} and {:.2f}, each of them twice".format(*values)]
 
 
+def ribbon(data: Any, start: str) -> str:
+    """What each place of the diamond does to the map of GNC from a start."""
+    letters, truth = "", np.reshape(data["truth"], (-1, 3))
+    for place in range(len(truth) - 8):
+        if abs(place - data["end"]) < 2:
+            letters += "."
+            continue
+        graph = misled(data, [data["end"], place], 9)
+        problem = PoseGraphProblem(graph, steps=1, tol=1e-6)  # as the picture
+        x0 = problem.initial() if start == "squares" else dead_reckoning(graph)
+        letters += "w" if ate(gnc(problem, C, x0=x0, tol=1e-4).x, truth) > 0.4 else "g"
+    return letters
+
+
 def showcase(data: Any, state: Any) -> Told:
-    graph = misled(data, [state["wrong"][0], 3], 9)
-    problem = PoseGraphProblem(graph)
-    kept = {}
-    for start, x0 in (("squares", problem.initial()), ("odometry", dead_reckoning(graph))):
-        # A switch of one half has the weight 0.25, from which on the picture draws it as used.
-        runs = switchable(problem, C**2, x0, max_iterations=300), gnc(problem, C, x0=x0)
-        kept[start] = [int(np.sum(run.weights[-9:] >= 0.25)) for run in runs]
-    assert kept == {"squares": [9, 9], "odometry": [0, 0]}
-    return "from some starts", [
-        "pose 3, both keep all nine from least squares, none from odometry"
-    ]
+    found = ribbon(data, "squares")
+    assert pictures.showcase().answer["tried"] == {"gnc squares": found}
+    lost = found.count("w")
+    return "some places", [f"from {lost} of {lost + found.count('g')} places the nine win"]
 
 
 def starts(data: Any, state: Any) -> Told:
-    used = []
-    for start, diamond in (("squares", 3), ("odometry", 3), ("squares", 9)):
-        graph = misled(data, [state["wrong"][0], diamond], 9)
-        problem = PoseGraphProblem(graph, steps=1, tol=1e-6)  # as the picture
-        x0 = problem.initial() if start == "squares" else dead_reckoning(graph)
-        weights = gnc(problem, C, x0=x0).weights[~graph.is_odometry]
-        used.append(int(np.sum(weights[:-9] >= 0.25)))
-    assert used == [3, 10, 7]
-    return "all ten", []
+    found = ribbon(data, "odometry")
+    tried = {"gnc squares": ribbon(data, "squares"), "gnc odometry": found}
+    assert pictures.starts().answer["tried"] == tried
+    assert state["tried"].items() < tried.items() and found.count("w") == 1
+    return "one", [f"Only from pose {found.index('w')}"]
 
 
 def machine(data: Any, state: Any) -> Told:
-    told = data["outcomes"]["odometry"]
-    assert told["certified"] and told["kept"][0] == 0
-    said = f"{told['told'][0] - told['passed'][0]} of the {told['told'][0]} inliers"
-    return "none", [said, f"{told['off']:.2f} m off"]
+    gyroscope, places, start = (dial["runs"] for dial in data["dials"])
+    biased = gyroscope[data["dials"][0]["values"].index(0.04)]
+    told = outcome("odometry")
+    off = float(ate(told.poses, town()[2]))
+    assert biased["certified"] and "m" not in biased["fates"][: data["inliers"]]
+    assert all(run["certified"] for run in (*gyroscope, *places))
+    assert not start[-1]["certified"] and max(run["off"] for run in places) > 1
+    assert told.passed is not None
+    lost = data["inliers"] - np.sum(told.passed & ~told.graph.is_odometry & ~told.is_outlier)
+    return "none", [f"{lost} of the {data['inliers']} inliers", f"{off:.2f} m off"]
 
 
 def graduation(data: Any, state: Any) -> Told:
-    counts = np.array(data["good"]["consistent 50"])[:, :, 2, data["noises"].index(0.05)]
-    odometry, squares = counts.sum(axis=1)
-    graduated, plain = counts[:, [1, 3]].sum(), counts[:, [0, 2]].sum()
+    # A column is a start, which comes first, and a cost by IRLS or by GNC.
+    columns = [noises[data["noises"].index(0.05)].count("") for noises in data["lost"]]
+    odometry, squares = sum(columns[:4]), sum(columns[4:])
+    plain, graduated = sum(columns[::2]), sum(columns[1::2])
     right = "the start" if odometry - squares > graduated - plain else "graduation"
-    found = (
-        f"find {odometry} maps, from least squares {squares}; GNC finds {graduated}, IRLS {plain}"
-    )
+    found = f"From odometry {odometry} maps are good, from least squares {squares}"
     return right, [found, f"of {odometry - squares} maps", f"one of {graduated - plain} ("]
 
 
@@ -273,13 +297,17 @@ def growing(data: Any, state: Any) -> Told:
 
 
 def proofs(data: Any, state: Any) -> Told:
-    problem, best = PoseGraphProblem(graph_of(data), tol=1e-9), np.reshape(data["best"], (-1, 3))
-    lost = {}
-    for start in ("odometry", "thrice"):
-        assert not any(data["proofs"][f"gnc {start}"])
-        found = gnc(problem, C, x0=np.reshape(data["starts"][start], (-1, 3)))
-        lost[start] = ate(found.x, best) > 0.1
-    assert lost == {"odometry": False, "thrice": True}
+    graph, is_outlier, _ = labs.ring(0)
+    best = PoseGraphProblem(pose_graph.select(graph, ~is_outlier)).initial()
+    lost = []
+    for turns in (0.0, 3.0):
+        found = gnc(PoseGraphProblem(graph, tol=1e-9), C, x0=labs.wound(graph, turns))
+        run = data["runs"]["gnc"][data["turns"].index(turns)]
+        assert "x" not in run["signs"] and round(float(ate(found.x, best)), 2) == run["off"]
+        lost.append(run["off"] > 0.1)
+    assert lost == [False, True]
+    assert any("x" in run["signs"] for run in data["runs"]["gnc"])
+    assert all(run["off"] > 0.1 and "x" not in run["signs"] for run in data["runs"]["switches"])
     return "not always", [
         "three times every certificate succeeds, and the map is lost",
         "odometry all certificates succeed",

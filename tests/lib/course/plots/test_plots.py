@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import FancyBboxPatch
 from robust_slam.estimators import gnc, graduation, irls, kernels
 from robust_slam.estimators.mixtures import NullHypothesis
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -28,7 +27,6 @@ from robust_slam_course.plots import (
     pulls,
     registration,
     robots,
-    stages,
     sweeps,
     switches,
 )
@@ -144,7 +142,6 @@ CASES: dict[str, Draw] = {
     "shares": lambda ax: sweeps.draw_shares(
         ax, ["10", "50", "90"], {"good": [1.0, 0.6, 0.54], "seldom": [0.0, 0.125, np.nan]}
     ),
-    "stages": stages.draw_stages,
     "sweep": lambda ax: sweeps.draw_sweep(ax, ["few", "many"], SCORES),
     "switch costs": lambda ax: switches.draw_switch_costs(ax, (1.0, 9.0), lam=1.0),
     "modes": lambda ax: switches.draw_modes(ax, NullHypothesis(0.9, 10.0, 1), u_max=5.0),
@@ -246,22 +243,6 @@ def test_a_larger_share_stands_out_more_and_every_number_is_legible(ax, page):
     cells = [luminance(colour) for colour in opacity * hue + (1 - opacity) * ground]
     assert np.all(np.diff(np.abs(np.array(cells) - luminance(ground))) > 0)
     assert all(contrast(luminance(ink), cell) >= 4.5 for cell in cells)
-
-
-def test_boxes_of_stages_hold_their_words_and_do_not_overlap(ax):
-    ax.figure.set_size_inches(5.6, 6.0)
-    stages.draw_stages(ax)
-    ax.figure.draw_without_rendering()
-    boxes = [patch for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
-    frames = [box.get_window_extent() for box in boxes]
-    for frame, stage in zip(frames, stages.STAGES.values(), strict=True):
-        (text,) = [text for text in ax.texts if stage.name in text.get_text()]
-        inside = text.get_window_extent()
-        assert frame.x0 <= inside.x0 and inside.x1 <= frame.x1
-    for k, one in enumerate(frames):
-        assert not any(one.overlaps(other) for other in frames[k + 1 :])
-    words = " ".join(text.get_text() for text in ax.texts).split()
-    assert {f"L{number}" for number in range(1, 15)} <= set(words)
 
 
 def coordinates(svg: str) -> np.ndarray:

@@ -15,12 +15,12 @@ export function htmlElement(name, attributes = {}, ...children) {
  * reader chose. Returns `{element, show(state, result)}`, which brings the control up to date.
  *
  * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,
- * options [[value, text], …]), `toggle` (name, label), `button` (label, does(state, result) →
+ * options [[value, text], …]), `words` (as `choice`, all in sight), `toggle` (name, label), `button` (label, does(state, result) →
  * partial) and `player` (name, label, count(state, result), text(value, result), beat), a slider over
  * steps that can play, one in so many ms.
  */
 export function makeControl(spec, change, calm) {
-  return { slider, choice, toggle, button, player }[spec.kind](spec, change, calm);
+  return { slider, choice, words, toggle, button, player }[spec.kind](spec, change, calm);
 }
 
 /** A step that stands for the last one, however many there are. */
@@ -30,7 +30,7 @@ export const LAST_STEP = 1e6;
 export function valuesWithin(specs, state, first) {
   const within = ({ kind, name, min, max, step, log, options }) => {
     const [value, instead] = [state[name], first[name]];
-    if (kind === "choice") return options.some(([one]) => one === value) ? value : instead;
+    if (kind === "choice" || kind === "words") return options.some(([one]) => one === value) ? value : instead;
     if (kind === "toggle") return Boolean(value);
     if (kind === "player") return boundedNumber(value, [0, LAST_STEP], instead, 0);
     const steps = log ? value : Number((min + step * Math.round((value - min) / step)).toPrecision(12));
@@ -63,6 +63,18 @@ function choice(spec, change) {
   select.addEventListener("input", () => change({ [spec.name]: select.value }));
   const show = (state) => { select.value = state[spec.name]; };
   return { element: htmlElement("label", {}, htmlElement("span", {}, spec.label), select), show };
+}
+
+function words(spec, change) {
+  const buttons = spec.options.map(([value, text]) => {
+    const button = htmlElement("button", { type: "button", "data-control": `${spec.name}-${value}` }, text);
+    button.addEventListener("click", () => change({ [spec.name]: value }));
+    return button;
+  });
+  const show = (state) => buttons.forEach((button, k) => button.setAttribute(
+    "aria-pressed", String(spec.options[k][0] === state[spec.name]),
+  ));
+  return { element: htmlElement("span", { class: "rs-words", role: "group", "aria-label": spec.label }, ...buttons), show };
 }
 
 function toggle(spec, change) {

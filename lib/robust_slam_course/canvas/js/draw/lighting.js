@@ -10,11 +10,9 @@ const NAMED = {
   "true path": ".is-ghost",
   majoriser: ".is-accent",
   eigenvalue: ".rs-eigen",
-  bound: ".rs-bound.is-accent",
   c: '[data-control="c"]',
   σ: '[data-control="sigma"]',
   μ: '[data-control="step"]',
-  γ: '[data-control="gamma"]',
   α: '[data-control="alpha"]',
 };
 const WORDS = new RegExp(`\\b((?:${Object.keys(NAMED).filter((name) => name[1]).join("|")})s?)\\b`, "i");

@@ -193,12 +193,11 @@ function putOnPaper(parts, spec, view, ends, clean) {
 
 /** From `one` value to the `other`, a share of the way: numbers, and lists and states of them. */
 function between(one, other, share) {
+  if (share === 1) return other;
   if (typeof one === "number" && typeof other === "number") return one + share * (other - one);
-  if (one && other && typeof one === "object") {
-    const way = Object.keys(one).map((key) => [key, between(one[key], other[key], share)]);
-    return Array.isArray(one) ? way.map(([, value]) => value) : Object.fromEntries(way);
-  }
-  return share < 1 ? one : other;
+  if (!one || !other || typeof one !== "object") return one;
+  const way = Object.keys(one).map((key) => [key, between(one[key], other[key], share)]);
+  return Array.isArray(one) ? way.map(([, value]) => value) : Object.fromEntries(way);
 }
 
 /** The words of a readout; figures that the text before had not are strong. */

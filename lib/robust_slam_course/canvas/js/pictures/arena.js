@@ -1,5 +1,5 @@
 import { putLegend } from "../draw/legend.js";
-import { fitAround, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, posesOf, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
 import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 
@@ -27,15 +27,6 @@ export function render(context) {
     draw: drawArena,
     caption: arenaCaption,
   });
-}
-
-/** The poses of a map that is told by its steps, without headings. */
-function posesOf(steps, unit) {
-  let [x, y] = [0, 0];
-  return Array.from({ length: steps.length / 2 }, (_, k) => {
-    [x, y] = [x + unit * steps[2 * k], y + unit * steps[2 * k + 1]];
-    return [x, y, 0];
-  }).flat();
 }
 
 function solveArena({ kind, percent, right }, { table, inliers, outliers, solvers }) {

@@ -1,143 +1,130 @@
-import { numberText, putTurned } from "../draw/axes.js";
-import { putHandle } from "../draw/handle.js";
+import { numberText, putAxes } from "../draw/axes.js";
+import { boundedNumber } from "../draw/link.js";
+import { putEndLabels } from "../draw/labels.js";
+import { fitMap, posesOf } from "../draw/map.js";
+import { putMarker } from "../draw/marker.js";
 import { livePicture } from "../draw/picture.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { pathThrough } from "../draw/scene.js";
+import { WIDE } from "../draw/stage.js";
 
 /**
- * Counts of good maps over two axes, odometry noise and claimed σ: a heat map for IRLS and one for
- * GNC. The reader moves a point in that plane, and each heat map tells its count there.
+ * Small maps of ten towns in a table, two starts by IRLS and GNC, each by two costs. The reader makes
+ * the odometry noisier, maps fold one by one, and the counts of rows and columns are drawn as far as
+ * the noise has been. The maps are the library's, see `tools/data/graduation.py`.
  */
 export function render(context) {
+  const { noises } = context.model.get("data");
+  const shapes = new Map(); // of maps by their letters and squares
   return livePicture(context, {
-    layers: ["squares", "frames", "words"],
-    controls: [
-      {
-        kind: "choice", name: "start", label: "Start at",
-        options: context.model.get("data").starts.map((start) => [start, start]),
-      },
-      { kind: "choice", name: "kernel", label: "Kernel", options: [["TLS", "TLS"], ["GM", "Geman–McClure"]] },
-      {
-        kind: "choice", name: "kind", label: "Outliers",
-        options: [["random", "random"], ["consistent", "consistent in groups of 5"]],
-      },
-      {
-        kind: "choice", name: "percent", label: "of all closures",
-        options: [["50", "50 %"], ["75", "75 %"]],
-      },
-    ],
-    main: ["start"],
-    clean: cleanGraduation,
-    solve: countsAtPoint,
-    draw: drawGraduation,
+    layers: ["maps", "axes", "points", "words"],
+    controls: [{
+      kind: "slider", name: "noise", label: "Odometry noise", min: 0, max: noises.length - 1, step: 1,
+      text: (noise) => `${noises[noise]} rad a step`,
+    }],
+    main: ["noise"],
+    clean: ({ noise, tried }) => ({
+      noise, tried: Math.max(noise, boundedNumber(tried, [0, noises.length - 1], 0, 0)),
+    }),
+    solve: solveGraduation,
+    height: (width) => (width < WIDE ? 402 : 380),
+    draw: (scene, view) => drawGraduation(scene, view, shapes),
     caption: graduationCaption,
   });
 }
 
-function cleanGraduation(state, { noises, claims }) {
-  const within = (value, values) => (Number.isInteger(value)
-    ? Math.min(values.length - 1, Math.max(0, value)) : 2);
-  return { ...state, noise: within(state.noise, noises), claim: within(state.claim, claims) };
+const STARTS = ["odometry", "least squares"];
+const WAYS = ["IRLS", "GNC"];
+const COSTS = ["TLS", "GM"];
+/** Of rows and columns, whose counts are drawn over the noise. */
+const MARGIN_LOOKS = [
+  { name: "odometry", shape: "circle", colour: "ink", dash: "none" },
+  { name: "least squares", shape: "square", colour: "ink", dash: "none" },
+  { name: "IRLS", shape: "triangle", colour: "plum", dash: "6 4" },
+  { name: "GNC", shape: "diamond", colour: "plum", dash: "6 4" },
+];
+
+/** The column of `lost` of a start, a way and a cost. */
+function columnOf(start, way, cost) {
+  return 4 * start + 2 * cost + way;
 }
 
-/**
- * The table of the chosen outliers, `good[start][method][claim][noise]`, its counts at the point,
- * and the largest of them.
- */
-function countsAtPoint({ kind, percent, noise, claim }, { good }) {
-  const table = good[`${kind} ${percent}`];
-  const here = table.map((methods) => methods.map((grid) => grid[claim][noise]));
-  return { table, here, best: Math.max(...here.flat()) };
+function solveGraduation({ noise }, { lost, noises }) {
+  const good = (columns, at) => columns.reduce((sum, k) => sum + lost[k][at].filter((map) => !map).length, 0);
+  const pairs = [0, 1].flatMap((one) => [0, 1].map((other) => [one, other]));
+  const rows = [0, 1].map((start) => pairs.map(([way, cost]) => columnOf(start, way, cost)));
+  const columns = [0, 1].map((way) => pairs.map(([start, cost]) => columnOf(start, way, cost)));
+  const margins = [...rows, ...columns].map((each) => noises.map((_, at) => good(each, at)));
+  return { margins, now: margins.map((counts) => counts[noise]), maps: lost.map((each) => each[noise]) };
 }
 
-const [TITLE, AXIS_LEFT, AXIS_BOTTOM] = [24, 48, 42]; // pixels
-
-function drawGraduation(scene, { state, result, width, height, data, change }) {
-  const all = { x: AXIS_LEFT, y: TITLE, width: width - AXIS_LEFT - 2, height: height - TITLE - AXIS_BOTTOM };
-  const s = data.starts.indexOf(state.start);
-  const chosen = data.methods.flatMap((method, m) => (method.endsWith(state.kernel) ? [m] : []));
-  sideBySide(all, [1, 1]).forEach((box, k) => {
-    const m = chosen[k];
-    const cell = [box.width / data.noises.length, box.height / data.claims.length];
-    const count = result.here[s][m];
-    scene.text("words", `${k}-title`, box.x, box.y - 8, `${data.methods[m]}: ${count} of ${data.runs}`, "rs-head");
-    putSquares(scene, String(k), box, cell, result.table[s][m], data.runs);
-    const frame = `M${box.x} ${box.y}h${box.width}v${box.height}h${-box.width}Z`;
-    scene.path("frames", `${k}-frame`, "is-muted", frame, 1);
-    putPanelAxes(scene, k, box, cell, data, width);
-    const x = box.x + (state.noise + 0.5) * cell[0];
-    const y = box.y + box.height - (state.claim + 0.5) * cell[1];
-    if (k) scene.put("words", "there", "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 8 });
-    else putPoint(scene, { x, y }, box, cell, state, data, change);
-  });
-}
-
-/** A square for each place of the plane; its area and its colour tell the share of good maps. */
-function putSquares(scene, key, { x, y }, [wide, tall], counts, runs) {
-  const paths = new Map();
-  const rows = counts.length;
-  counts.forEach((row, claim) => row.forEach((count, noise) => {
-    if (!count) return;
-    const [w, h] = [wide, tall].map((size) => 0.94 * size * Math.sqrt(count / runs));
-    const left = x + (noise + 0.5) * wide - w / 2;
-    const top = y + (rows - claim - 0.5) * tall - h / 2;
-    const square = `M${left.toFixed(1)} ${top.toFixed(1)}h${w.toFixed(1)}v${h.toFixed(1)}h${(-w).toFixed(1)}Z`;
-    paths.set(count, (paths.get(count) ?? "") + square);
-  }));
-  for (const [count, d] of paths) {
-    const percent = Math.round(25 + (75 * count) / runs);
-    const style = `fill:color-mix(in srgb,var(--rs-estimate) ${percent}%,var(--rs-card));stroke:none`;
-    scene.put("squares", `${key}-${count}`, "path", { d, style });
-  }
-}
-
-function putPanelAxes(scene, key, { x, y, width, height }, cell, { noises, claims }, all) {
-  if (!key) {
-    claims.forEach((claim, k) => {
-      scene.text("words", `y-${k}`, x - 6, y + height - (k + 0.5) * cell[1] + 5, claimText(claim), "rs-tick", "end");
+function drawGraduation(scene, view, shapes) {
+  const { width, height, data, result } = view;
+  const [across, head] = [width < WIDE ? 5 : 10, 20];
+  const size = Math.min(width < WIDE ? 28 : 36, (0.5 * width - 8) / across);
+  const deep = (10 / across) * COSTS.length * size;
+  STARTS.forEach((start, row) => {
+    const y = head + row * (deep + head);
+    scene.text("words", `row-${row}`, 0, y + 14, `from ${start}: ${result.now[row]} of 40 (TLS above GM)`);
+    WAYS.forEach((way, column) => {
+      const x = 0.5 * width * column + (column ? 4 : 0);
+      COSTS.forEach((cost, c) => result.maps[columnOf(row, column, c)].forEach((lost, k) => {
+        const [left, top] = [x + (k % across) * size, y + head + (c * 10 / across + Math.floor(k / across)) * size];
+        const letters = lost || data.towns[k];
+        const key = `${letters} ${left} ${top} ${size}`;
+        if (!shapes.has(key)) shapes.set(key, shapeOf({ x: left, y: top, width: size, height: size }, letters, data.towns[k], data.unit));
+        scene.put("maps", `town-${row}-${column}-${c}-${k}`, "path", {
+          class: lost ? "is-outlier" : "is-estimate", d: shapes.get(key), "stroke-width": lost ? 0.9 : 1.5, style: "stroke-dasharray:none",
+        });
+      }));
     });
-    putTurned(scene, "words", "yl", 13, y + height / 2, "claimed / true σ");
-  }
-  noises.forEach((noise, k) => {
-    const across = x + (k + 0.5) * cell[0];
-    scene.text("words", `${key}-x-${k}`, across, y + height + 17, numberText(100 * noise), "rs-tick", "middle");
   });
-  const label = all < WIDE ? "noise (0.01 rad)" : "odometry noise (0.01 rad a step)";
-  scene.text("words", `${key}-xl`, x + width / 2, y + height + 36, label, "", "middle");
+  WAYS.forEach((way, column) => {
+    const words = `${way}: ${result.now[2 + column]} of 40`;
+    scene.text("words", `column-${column}`, 0.5 * width * column + (column ? 4 : 0), 13, words, "rs-head");
+  });
+  const top = head + 2 * (deep + head) + 4;
+  drawMargins(scene, { x: 0, y: top, width, height: height - top }, view);
 }
 
-function putPoint(scene, { x, y }, box, [wide, tall], state, { noises, claims }, change) {
-  const clamp = (value, values) => Math.min(values.length - 1, Math.max(0, value));
-  const move = (noise, claim) => change({ noise: clamp(noise, noises), claim: clamp(claim, claims) });
-  putHandle(scene, "point", {
-    x, y, label: "Odometry noise and claimed σ",
-    text: `noise ${noises[state.noise]} rad a step, claimed σ ${claimText(claims[state.claim])} times the true one`,
-    now: state.noise + noises.length * state.claim, least: 0, most: noises.length * claims.length - 1,
-    drag: (px, py) => move(Math.floor((px - box.x) / wide), Math.floor((box.y + box.height - py) / tall)),
-    step: (right, above) => move(state.noise + Math.sign(right), state.claim + Math.sign(above)),
-  });
+/** The outline of a map in the square of its town, which it may not leave. */
+function shapeOf(box, letters, town, unit) {
+  const map = fitMap(box, posesOf(stepsFrom(town), unit), 3);
+  const within = (value, low, size) => Math.min(low + size, Math.max(low, value));
+  const poses = posesOf(stepsFrom(letters), unit);
+  return pathThrough(Array.from({ length: poses.length / 3 }, (_, k) => [
+    within(map.toX(poses[3 * k]), box.x + 1, box.width - 2), within(map.toY(poses[3 * k + 1]), box.y + 1, box.height - 2),
+  ]));
 }
 
-function claimText(claim) {
-  return { 0.25: "¼", 0.5: "½" }[claim] ?? String(claim);
+/** Steps from letters, "N" for none. */
+function stepsFrom(letters) {
+  return Array.from(letters, (letter) => letter.charCodeAt(0) - 78);
+}
+
+function drawMargins(scene, box, { state, result, data }) {
+  const last = data.noises.length - 1;
+  const maps = putAxes(scene, "axes", "margins", { ...box, width: box.width - 96 },
+    { domain: [-0.1, last + 0.1], label: "", ticks: data.noises.map((_, k) => k), text: (k) => numberText(data.noises[k]) },
+    { domain: [-1, 41], label: "good", ticks: [0, 20, 40] });
+  const x = maps.toX(state.noise);
+  scene.path("axes", "now", "is-muted", `M${x} ${maps.inner.y}v${maps.inner.height}`, 1.5);
+  MARGIN_LOOKS.forEach(({ shape, colour, dash }, k) => {
+    const counts = result.margins[k].slice(0, state.tried + 1);
+    const points = counts.map((count, at) => [maps.toX(at), maps.toY(count)]);
+    const style = `stroke:var(--rs-${colour});stroke-dasharray:${dash}`;
+    scene.put("points", `line-${k}`, "path", { d: pathThrough(points), style, "stroke-width": 1.8 });
+    points.forEach(([px, py], at) => putMarker(scene, "points", `at-${k}-${at}`, px, py, shape, colour));
+  });
+  const ends = MARGIN_LOOKS.map(({ name, colour }, k) => (
+    { text: name, colour, y: maps.toY(result.margins[k][state.tried]) }));
+  putEndLabels(scene, "words", "end", maps.inner.x + maps.inner.width + 8, ends, maps.inner.y, maps.inner.y + maps.inner.height);
 }
 
 function graduationCaption({ state, result, data }) {
-  const { here, best } = result;
-  const from = data.starts.map((start, s) => {
-    const most = Math.max(...here[s]);
-    const names = data.methods.filter((_, m) => here[s][m] === most);
-    if (!most) return `from ${start} none has any`;
-    const who = names.length === data.methods.length ? "all four methods have" : `${listed(names)} ${names.length > 1 ? "have" : "has"}`;
-    return `from ${start} ${who} ${most}`;
-  });
-  const claim = data.claims[state.claim];
-  const claimed = claim === 1 ? "the true σ is claimed" : `${claimText(claim)} of the true σ is claimed`;
-  const where = `Noise ${numberText(data.noises[state.noise])} rad a step, ${claim > 1 ? `${claim} times the true σ is claimed` : claimed}.`;
-  const what = `${state.percent} % of the closures are ${state.kind} outliers.`;
-  if (!best) return `${where} ${what} No method, from either start, has a good map among ${data.runs}.`;
-  return `${where} ${what} Good maps of ${data.runs}: ${from.join("; ")}.`;
-}
-
-function listed(names) {
-  return names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names.at(-1)}`;
+  const [odometry, squares, plain, graduated] = result.now;
+  const folded = 80 - odometry - squares;
+  const more = (count, worse, better) => (count < 0 ? more(-count, better, worse)
+    : `${count} more ${worse} than ${better}`);
+  return `${numberText(data.noises[state.noise])} rad a step folds ${folded} of the 80 maps: `
+    + `${more(odometry - squares, "from least squares", "from odometry")}, and ${more(graduated - plain, "by IRLS", "by GNC")}.`;
 }

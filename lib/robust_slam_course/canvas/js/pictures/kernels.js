@@ -9,7 +9,10 @@ import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { twoPanels } from "../draw/stage.js";
 
-/** One reading that moves away from eight others, as four kernels see it. */
+/**
+ * One reading that the reader moves away from eight others, as four kernels see it. The curves are
+ * drawn as far as it has been.
+ */
 export function render(context) {
   const drifts = new Map(); // by scale: a drag of the reading does not change them
   return livePicture(context, {
@@ -19,10 +22,9 @@ export function render(context) {
         kind: "slider", name: "c", label: "Threshold c", min: 0.5, max: 5, step: 0.1,
         text: (c) => `c = ${c.toFixed(1)}`,
       },
-      { kind: "choice", name: "curve", label: "Curve", options: CURVES.map(({ part, label }) => [part, label]) },
     ],
     main: ["c"],
-    clean: (state) => ({ ...state, z: boundedNumber(state.z, [0, FARTHEST], 8, 2) }),
+    clean: cleanKernels,
     solve: (state, data) => solveKernels(state, data, drifts),
     moving: ({ estimates, residuals }) => [...estimates, ...residuals],
     draw: drawKernels,
@@ -31,12 +33,6 @@ export function render(context) {
 }
 
 const STRIP = 70; // pixels of the line of readings above the panels
-/** What can be drawn over the residual, and up to which height. */
-const CURVES = [
-  { part: "psi", label: "influence ψ(u)", top: (c) => 1.6 * c },
-  { part: "rho", label: "cost ρ(u)", top: (c) => 2.4 * c * c },
-  { part: "weight", label: "weight w(u)", top: () => 1.12 },
-];
 const FARTHEST = 15;
 
 /** Colours and lines are those of the book's figures. */
@@ -46,6 +42,11 @@ const KERNEL_LOOKS = [
   { name: "cauchy", text: "Cauchy", colour: "ochre", dash: "9 4 1.5 4", shape: "triangle" },
   { name: "tls", text: "TLS", colour: "accent", dash: "1 4.5", shape: "plus" },
 ];
+
+function cleanKernels({ c, ...state }) {
+  const [z, far] = [state.z, state.far].map((value) => boundedNumber(value, [0, FARTHEST], 0, 2));
+  return { c, z, far: Math.max(z, far) };
+}
 
 function solveKernels({ z, c }, { inliers }, drifts) {
   const problem = locationProblem([...inliers, z]);
@@ -69,23 +70,24 @@ function driftsOf(c, inliers) {
 }
 
 function drawKernels(scene, view) {
-  const { width, height, state: { c, z, curve }, result, shown, data, change } = view;
+  const { width, height, state: { c, z, far }, result, shown, data, change } = view;
   const [left, right] = twoPanels({ x: 0, y: STRIP, width, height: height - STRIP }, [1, 1], 0.5, 8);
   putLine(scene, width, z, data.inliers, change);
   const [estimates, residuals] = [shown.slice(0, 4), shown.slice(4)];
-  const { label, top } = CURVES.find(({ part }) => part === curve);
-  const over = putPanel(scene, "curve", left, "whitened residual u", label, [0, top(c)]);
+  const over = putPanel(scene, "curve", left, "whitened residual u", "influence ψ(u)", [0, 1.6 * c]);
   const panel = putPanel(scene, "drift", right, "place z of the reading", "estimate", [-0.15, 1.75]);
   KERNEL_LOOKS.forEach((look, j) => {
-    const f = (u) => KERNELS[look.name][curve](u, c);
-    putCurve(scene, "curves", `curve-${look.name}`, over, [0, FARTHEST], f, lineLook(look), 300);
+    const f = (u) => KERNELS[look.name].psi(u, c);
+    const seen = result.drifts[j].filter(([at]) => at <= far);
+    const [last, x] = seen.at(-1);
+    putCurve(scene, "curves", `curve-${look.name}`, over, [0, last - x], f, lineLook(look), 300);
     putOnCurve(scene, "curve", over, residuals[j], f(residuals[j]), look);
-    const points = result.drifts[j].map(([at, x]) => [panel.toX(at), panel.toY(x)]);
+    const points = seen.map(([at, estimate]) => [panel.toX(at), panel.toY(estimate)]);
     putPath(scene, "curves", `drift-${look.name}`, panel, points, lineLook(look));
     putOnCurve(scene, "drift", panel, z, estimates[j], look);
   });
-  putNames(scene, "curve", over, KERNEL_LOOKS.map(({ name }) => KERNELS[name][curve](FARTHEST, c)));
-  putNames(scene, "drift", panel, result.drifts.map((points) => points.at(-1)[1]));
+  putNames(scene, "curve", over, KERNEL_LOOKS.map(({ name }, j) => KERNELS[name].psi(residuals[j], c)));
+  putNames(scene, "drift", panel, estimates);
 }
 
 function lineLook({ colour, dash }) {
@@ -128,19 +130,16 @@ function putLine(scene, width, z, inliers, change) {
   scene.text("words", "inliers", toX(0), y - 17, "8 inliers", "", "middle");
   putHandle(scene, "reading", {
     x: toX(z), y, shape: "diamond", look: "rs-wrong",
-    label: "Ninth reading", text: z.toFixed(2), now: z, least: 0, most: FARTHEST,
+    label: "Ninth reading", text: z.toFixed(2), now: z, least: 0, most: FARTHEST, unit: 0.1,
     drag: (px) => change({ z: low + ((px - left) / (right - left)) * (high - low) }),
     step: (rightwards, up) => change({ z: z + 0.1 * (rightwards || up) }),
   });
 }
 
-function kernelsCaption({ state: { z, c }, result: { estimates, residuals, kept }, data }) {
-  const pull = (k) => Math.abs(KERNELS[KERNEL_LOOKS[k].name].psi(residuals[k], c)).toFixed(2);
-  const fate = Math.abs(residuals[3]) > c ? "TLS rejects it" : `TLS keeps it, with pull ${pull(3)}`;
+function kernelsCaption({ state: { z }, result: { estimates, kept }, data }) {
   const lost = data.inliers.length - kept;
-  const sign = (x) => `${x < -0.005 ? "−" : ""}${Math.abs(x).toFixed(2)}`;
-  return `The reading at ${z.toFixed(1)} pulls with ${pull(0)} (squared), ${pull(1)} (Huber)`
-    + ` and ${pull(2)} (Cauchy, at most ${(c / 2).toFixed(2)}); ${fate}.`
-    + ` Estimates: ${estimates.map(sign).join(", ")}.`
-    + (lost > 0 ? ` TLS rejects ${lost} of the 8 inliers.` : "");
+  if (!z) return "The ninth reading stands among the inliers, and the four estimates agree with them.";
+  const [mean, huber, cauchy, tls] = estimates.map((x) => Math.abs(x).toFixed(2));
+  return `The reading at ${z.toFixed(1)} draws the mean to ${mean}, Huber’s estimate to ${huber},`
+    + ` Cauchy’s to ${cauchy} and that of TLS to ${tls}${lost > 0 ? `, which rejects ${lost} of the 8 inliers` : ""}.`;
 }

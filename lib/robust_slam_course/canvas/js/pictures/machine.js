@@ -1,148 +1,175 @@
+import { numberText } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
-import { putLegend } from "../draw/legend.js";
-import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
-import { putMarker } from "../draw/marker.js";
+import { boundedNumber } from "../draw/link.js";
+import { fitMap, posesOf, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
-import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
+import { twoPanels, WIDE } from "../draw/stage.js";
 
 /**
- * The stages from the camera to the map, and the map of one drive. The reader lets one stage fail
- * and sees what the later stages report. Outcomes were computed before: see `tools/data/machine.py`.
+ * Closures run as beads through a pipe of stages, and those that a stage rejects fall out below it.
+ * The reader turns a dial by which one stage fails, and sees the map bend and which lamp lights.
+ * Every outcome is the library's, see `robust_slam_course.failures`.
  */
 export function render(context) {
-  const { stages } = context.model.get("data");
   return livePicture(context, {
-    layers: ["ghost", "edges", "drive", "marks", "arrows", "boxes", "words"],
+    layers: ["pipe", "beads", "ghost", "edges", "drive", "dials", "words"],
     controls: [{
-      kind: "choice", name: "broken", label: "What fails",
-      options: stages.map(({ key, name }) => [key, name]),
+      kind: "button", label: "All dials to 0", when: ({ value }) => value > 0, does: () => ({ value: 0 }),
     }],
-    main: ["broken"],
-    solve: ({ broken }, { outcomes }) => outcomes[broken],
-    moving: ({ poses }) => Float64Array.from(poses),
-    height: (width) => (width < WIDE ? 405 : stageHeight(width)),
+    main: ["All dials to 0"],
+    clean: cleanMachine,
+    solve: solveMachine,
+    moving: ({ poses, beads }) => Float64Array.from([...poses, ...beads.flat()]),
+    height: (width) => (width < WIDE ? 396 : 380),
     draw: drawMachine,
     caption: machineCaption,
   });
 }
 
-const BOX_HEIGHT = 34; // pixels
-const BOX_CENTRES = { left: 0.24, right: 0.76, middle: 0.5, across: 0.5 }; // of the diagram's width
-const BOX_WIDTHS = { left: 0.48, right: 0.48, middle: 0.48, across: 1 };
-/** Of a closure by its number: an inlier, kept or rejected, or an outlier, kept or rejected. */
-const CLOSURE_LOOKS = [
-  { look: "is-inlier", name: "inlier, kept", mark: ["circle", "inlier"] },
-  { look: "is-accent", name: "inlier, rejected", mark: ["square", "accent"] },
-  { look: "is-outlier", name: "outlier, kept", mark: ["diamond", "outlier"] },
-  { look: "is-rejected", name: "outlier, rejected" },
-];
+const PIPE_STAGES = ["Odometry", "Places", "PCM", "GNC", "Certificate", "map"];
+const SHORT = ["Odom.", "Places", "PCM", "GNC", "Cert.", "map"];
+const [PIPE_TOP, PIPE_HEIGHT, FALL_HEIGHT] = [42, 22, 40]; // pixels
+const BEAD = 9; // pixels from one bead to the next
+const ENDS = { p: 2, g: 3, m: 5 }; // the stage at which a closure ends
+const FAILS = [0, 1, 4]; // the stage of each dial
+const LOST_AT = 1; // m off the true path
 
-/** The box of each stage, or where the page is narrow its line in a list; beside them the map. */
-function machineLayout(width, height, stages) {
-  const wide = width >= WIDE;
-  const [left, map] = sideBySide({ x: 2, y: 0, width: width - 2, height }, wide ? [1.13, 1] : [0.8, 1]);
-  const step = wide ? height / 9 : (height - 34) / (stages.length - 1);
-  const boxes = stages.map(({ key, name, row, place }, k) => {
-    if (!wide) return { key, name: name.split(/[,(]/)[0], x: 12, middle: 30, centre: 14 + k * step };
-    const across = BOX_WIDTHS[place] * left.width;
-    const middle = left.x + BOX_CENTRES[place] * left.width;
-    const y = row * step + 3;
-    return { key, name, x: middle - across / 2, y, width: across, middle, centre: y + BOX_HEIGHT / 2 };
+function cleanMachine({ dial, value, tried }, { dials }) {
+  const one = boundedNumber(dial, [0, dials.length - 1], 0, 0);
+  const last = (k) => dials[k].values.length - 1;
+  const now = boundedNumber(value, [0, last(one)], 0, 0);
+  const farthest = dials.map((_, k) => Math.max(
+    boundedNumber(tried[k], [0, last(k)], 0, 0), k === one ? now : 0,
+  ));
+  return { dial: one, value: now, tried: farthest };
+}
+
+function solveMachine({ dial, value }, { dials, unit, inliers }) {
+  const run = dials[dial].runs[value];
+  const ended = {};
+  const beads = [...run.fates].map((fate) => {
+    ended[fate] = (ended[fate] ?? -1) + 1;
+    return [ENDS[fate], ended[fate]];
   });
-  return { wide, left, map, boxes };
+  // Those that this dial does not make wait before the pipe.
+  const most = Math.max(...dials.flatMap(({ runs }) => runs.map(({ fates }) => fates.length)));
+  while (beads.length < most) beads.push([0, 0]);
+  const of = (fate, from, to) => [...run.fates].slice(from, to).filter((one) => one === fate).length;
+  const through = [of("m", 0, inliers), of("m", inliers)];
+  return { ...run, beads, through, poses: posesOf(run.steps, unit) };
 }
 
 function drawMachine(scene, view) {
-  const layout = machineLayout(view.width, view.height, view.data.stages);
-  if (layout.wide) drawStageArrows(scene, view.data, layout);
-  else scene.path("arrows", "rail", "is-muted", `M12 ${layout.boxes[0].centre}V${layout.boxes.at(-1).centre}`);
-  layout.boxes.forEach((box) => drawStage(scene, box, view, layout));
-  drawOutcome(scene, view, layout.map);
-  putBreakHandle(scene, view, layout.boxes);
+  const { width, height, data, shown } = view;
+  const top = PIPE_TOP + PIPE_HEIGHT + FALL_HEIGHT + 4;
+  const [dials, map] = twoPanels({ x: 0, y: top, width, height: height - top }, [1.2, 1], 0.52, 16);
+  drawPipe(scene, view);
+  drawBeads(scene, view, shown.subarray(data.truth.length));
+  drawMachineMap(scene, view, width < WIDE ? dials : map);
+  data.dials.forEach((_, k) => drawDial(scene, view, width < WIDE ? map : dials, k));
 }
 
-function drawStageArrows(scene, { arrows }, { boxes, left }) {
-  const named = new Map(boxes.map((box) => [box.key, box]));
-  arrows.forEach(([source, target, share]) => {
-    const x = left.x + share * left.width;
-    const top = named.get(source).y + BOX_HEIGHT;
-    const low = named.get(target).y;
-    scene.put("arrows", `${source}-${target}`, "path", {
-      class: "is-muted", d: `M${x} ${top}V${low}M${x - 3.5} ${low - 5}L${x} ${low}L${x + 3.5} ${low - 5}`,
+/** The middle of a stage, across. */
+function stageAt(width, k) {
+  return ((k + 0.5) * width) / PIPE_STAGES.length;
+}
+
+function drawPipe(scene, { width, state, result }) {
+  const floor = PIPE_TOP + PIPE_HEIGHT;
+  const failing = state.value ? FAILS[state.dial] : -1;
+  const half = 0.42 * (width / PIPE_STAGES.length);
+  scene.path("pipe", "walls", "is-muted", `M0 ${PIPE_TOP}H${width}M0 ${floor}H${stageAt(width, 4.5)}`, 1.5);
+  PIPE_STAGES.forEach((name, k) => {
+    const x = stageAt(width, k);
+    scene.text("words", `stage-${k}`, x, 14, width < WIDE ? SHORT[k] : name, k === failing ? "rs-head" : "", "middle");
+    if (k === 5) return;
+    const lit = k === 4 && !result.certified;
+    if (k === 2 || k === 3) scene.path("pipe", `hole-${k}`, "is-grid", `M${x - half} ${floor}H${x + half}`, 3);
+    scene.put("pipe", `lamp-${k}`, "circle", {
+      class: `rs-lamp ${lit ? "is-outlier" : "is-muted"}`, cx: x, cy: 28, r: lit ? 7 : 5,
+      style: `fill:var(--rs-${lit ? "outlier" : "card"});stroke-dasharray:none;stroke-width:1.5`,
+    });
+    if (lit) scene.path("pipe", "rays", "is-outlier", `M${x - 17} 28h6m22 0h6M${x - 14} 18l4 4m20 0l4 -4`, 2);
+  });
+}
+
+function drawBeads(scene, { width, result, data }, beads) {
+  const across = Math.floor((0.86 * width) / PIPE_STAGES.length / BEAD);
+  result.fates.split("").forEach((_, k) => {
+    const [stage, place] = beads.subarray(2 * k, 2 * k + 2);
+    const [row, column] = [Math.floor((place + 0.5) / across), (place + 0.5) % across];
+    const x = stageAt(width, stage) + (column - 0.5 * across) * BEAD;
+    const fallen = stage < 4.5 && stage > 0.5;
+    const y = fallen ? PIPE_TOP + PIPE_HEIGHT + 8 + row * BEAD : PIPE_TOP + 5 + row * BEAD * 0.8;
+    const inlier = k < data.inliers;
+    scene.put("beads", `bead-${k}`, "path", {
+      class: `rs-full ${inlier ? "is-inlier" : "is-outlier"}`, style: "stroke-width:0;stroke-dasharray:none",
+      d: inlier ? `M${x - 3.6} ${y}a3.6 3.6 0 1 0 7.2 0a3.6 3.6 0 1 0 -7.2 0Z` : `M${x} ${y - 4.5}l4.5 4.5l-4.5 4.5l-4.5 -4.5Z`,
     });
   });
 }
 
-function drawStage(scene, { key, name, x, y, width, middle, centre }, { state, result }, { wide }) {
-  const { text, alarm } = stageReport(key, state, result, wide);
-  const broken = state.broken === key;
-  const words = { x: middle, "text-anchor": wide ? "middle" : "start", class: alarm || broken ? "rs-head" : "" };
-  if (!wide) {
-    const colour = broken ? "outlier" : alarm ? "estimate" : "ink";
-    const style = `fill:var(--rs-${colour})`;
-    scene.put("words", `${key}-name`, "text", { ...words, y: centre + 5, style }, name);
-    if (text) scene.put("words", `${key}-report`, "text", { ...words, y: centre + 20, class: "rs-tick" }, text);
-    return;
-  }
-  const [look, stroke] = broken ? ["is-outlier", 3] : alarm ? ["is-estimate", 3] : ["is-muted", 1];
-  scene.path("boxes", `${key}-box`, look, `M${x} ${y}h${width}v${BOX_HEIGHT}h${-width}Z`, stroke);
-  scene.put("words", `${key}-name`, "text", { ...words, y: text ? y + 14 : centre + 5 }, name);
-  if (text) scene.put("words", `${key}-report`, "text", { ...words, y: y + 29, class: "rs-tick" }, text);
-}
-
-/** What a stage reports, and whether that is a sign that something is wrong. */
-function stageReport(key, { broken }, { told, passed, left, certified }, wide) {
-  const shown = (counts) => ({
-    text: wide ? `${counts[0]} inliers, ${counts[1]} outliers` : `keeps ${counts.join(" and ")}`, alarm: counts[0] < told[0] && broken !== "plan",
-  });
-  if (broken === key) return { text: key === "nothing" ? "" : "fails", alarm: false };
-  if (key === "pcm" && passed) return shown(passed);
-  if (key === "solve" && left) return shown(left);
-  if (key === "certificate") return { text: certified ? "certified" : "not certified", alarm: !certified };
-  return { text: "", alarm: false };
-}
-
-function drawOutcome(scene, { result, shown, data }, { x, y, width, height }) {
-  const top = putLegend(scene, "words", "legend", x, y, width, [
-    ["is-ghost", "true path"], ["is-estimate", "map"], ...CLOSURE_LOOKS.map(({ look, name }) => [look, name]),
-  ]);
-  const box = { x, y: y + top, width, height: height - top };
-  const map = fitAround(scene, "map", box, data.truth, result.poses, 12);
-  for (const layer of ["ghost", "edges", "drive", "marks"]) scene.clip(layer, box);
+function drawMachineMap(scene, { result, shown, data }, box) {
+  const map = fitOfAll(scene, box, data);
+  const poses = shown.subarray(0, data.truth.length);
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
-  putDrive(scene, "drive", "map", map, shown, "is-estimate");
-  result.closures.forEach(([i, j, kind], k) => {
-    const { look, mark } = CLOSURE_LOOKS[kind];
-    putEdge(scene, "edges", `edge-${k}`, map, shown, [i, j], look);
-    if (!mark) return;
-    // A kept closure joins two poses at one place: its line has hardly a length.
-    const [one, two] = [posePixels(map, shown, i), posePixels(map, shown, j)];
-    putMarker(scene, "marks", `mark-${k}`, (one[0] + two[0]) / 2, (one[1] + two[1]) / 2, ...mark);
+  putDrive(scene, "drive", "map", map, poses, "is-estimate");
+  [...result.fates].forEach((fate, k) => {
+    if (fate !== "m") return;
+    putEdge(scene, "edges", `edge-${k}`, map, poses, data.closures[k], k < data.inliers ? "is-inlier" : "is-outlier");
   });
 }
 
-function putBreakHandle(scene, { state, data, change }, boxes) {
-  const now = data.stages.findIndex(({ key }) => key === state.broken);
-  const choose = (k) => change({ broken: data.stages[Math.min(boxes.length - 1, Math.max(0, k))].key });
-  const at = (box) => [box.x, box.centre];
-  putHandle(scene, "broken", {
-    x: at(boxes[now])[0], y: at(boxes[now])[1], look: "rs-wrong",
-    label: "The stage that fails", text: data.stages[now].name, now: boxes.length - 1 - now, least: 0, most: boxes.length - 1,
-    drag: (px, py) => {
-      const far = boxes.map(({ x, width = 0, centre }) => Math.hypot( // from the box, or 0 within it
-        Math.max(x - px, px - x - width, 0), Math.max(Math.abs(py - centre) - (width && BOX_HEIGHT / 2), 0),
-      ));
-      choose(far.indexOf(Math.min(...far)));
-    },
-    step: (right, up) => choose(now - Math.sign(right || up)), // up is nearer to the camera
+/** One scale for every outcome, so that a map that bends is seen to grow. */
+function fitOfAll(scene, box, { dials, unit }) {
+  const size = `${box.width} ${box.height}`;
+  if (!scene.fits.has(size)) {
+    const all = dials.flatMap(({ runs }) => runs.flatMap(({ steps }) => posesOf(steps, unit)));
+    scene.fits.set(size, fitMap(box, all, 6));
+  }
+  return scene.fits.get(size);
+}
+
+/** A dial, and above it from where on the map was lost and a lamp lit, as far as it was turned. */
+function drawDial(scene, { state, data, change }, { x, y, width, height }, k) {
+  const { label, unit, values, runs } = data.dials[k];
+  const [each, last] = [height / data.dials.length, values.length - 1];
+  const now = state.dial === k ? state.value : 0;
+  const [left, right, line] = [x + 12, x + width - 14, y + k * each + 0.5 * each + 8];
+  const toX = (value) => left + (value / last) * (right - left);
+  const valueText = `${numberText(values[now])} ${unit}`;
+  scene.text("words", `name-${k}`, x, line - 17, `${label} ${numberText(values[now])}`, now ? "rs-head" : "");
+  scene.path("dials", `track-${k}`, "is-muted", `M${left} ${line}H${right}`, 2);
+  scene.path("dials", `turned-${k}`, "is-ink", `M${left} ${line}H${toX(state.tried[k])}`, 4);
+  const first = (is) => runs.findIndex((run, at) => at <= state.tried[k] && is(run));
+  const [lost, lit] = [first(({ off }) => off > LOST_AT), first(({ certified }) => !certified)];
+  if (lost >= 0) {
+    scene.path("dials", `lost-${k}`, "is-outlier", `M${toX(lost)} ${line - 9}v18`, 3);
+    const lamp = lit < 0 ? "no lamp" : "lamp lit";
+    const words = `lost from ${numberText(values[lost])}, ${lamp}`;
+    scene.text("words", `found-${k}`, right + 12, line - 17, words, "rs-tick", "end");
+  }
+  const turn = (value) => change({ dial: k, value: Math.min(last, Math.max(0, Math.round(value))) });
+  putHandle(scene, `dial-${k}`, {
+    x: toX(now), y: line, label, text: valueText, now: values[now], least: values[0], most: values[last],
+    unit: (values[last] - values[0]) / last,
+    drag: (px) => turn(((px - left) / (right - left)) * last),
+    step: (rightwards, up) => turn(now + (rightwards || up)),
   });
 }
 
-function machineCaption({ state, result, data }) {
-  const { told, passed, left, kept, certified, off } = result;
-  const stage = data.stages.find(({ key }) => key === state.broken);
-  const number = (counts) => counts.join(" and ");
-  const chain = [["PCM", passed], ["GNC", left], ["the map", kept]].filter(([, counts]) => counts)
-    .map(([name, counts], k) => `${name} ${k ? "" : "keeps "}${number(counts)}`).join(", ");
-  return `${stage.fault} Of ${told[0]} inliers and ${told[1]} outliers ${chain}. The map is ${off.toFixed(2)}\u00a0m off and ${certified ? "" : "not "}certified.`;
+function machineCaption({ state, result: { off, certified, through, fates }, data }) {
+  const { unit, values } = data.dials[state.dial];
+  const amount = numberText(values[state.value]);
+  const fallen = data.inliers - through[0];
+  if (!state.value) {
+    return `Nothing fails: the map stays ${off.toFixed(2)}\u00a0m off, all ${data.inliers} inliers reach it, and PCM drops the ${fates.length - data.inliers} outliers.`;
+  }
+  const cause = [`A bias of ${amount} ${unit} a step`, `${amount} mistaken ${unit} in a row`, `A start of ${amount} ${unit} too many`][state.dial];
+  const many = state.dial === 1 ? "" : "s";
+  const how = `${off.toFixed(2)}\u00a0m`;
+  const harm = off > LOST_AT ? `bend${many} the map by ${how}` : `leave${many} the map ${how} off`;
+  const lamp = certified ? "no lamp lights" : "the certificate’s lamp lights";
+  const gone = fallen ? ` ${fallen} inliers fall out${through[1] ? `, and ${through[1]} outliers get through` : ""}.` : "";
+  return `${cause} ${harm}, and ${lamp}.${gone}`;
 }

@@ -1,114 +1,113 @@
-import { putAxes } from "../draw/axes.js";
+import { numberText, putAxes } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
 import { putLegend } from "../draw/legend.js";
-import { audiblePicture } from "../draw/listen.js";
-import { fitAround, putDrive, putEdge } from "../draw/map.js";
-import { putMarker } from "../draw/marker.js";
-import { stageHeight, twoPanels, WIDE } from "../draw/stage.js";
-import { gnc } from "../solve/graduation.js";
-import { irls } from "../solve/loop.js";
-import { alignPoses, ate } from "../solve/metrics.js";
-import { CHI_99_SE2, graphWithWrong, poseGraphProblem } from "../solve/pose_graph.js";
+import { boundedNumber } from "../draw/link.js";
+import { fitMap, posesOf, putDrive, putEdge } from "../draw/map.js";
+import { livePicture } from "../draw/picture.js";
+import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
+import { twoPanels, WIDE } from "../draw/stage.js";
 
 /**
- * The steps of a reweighting loop, each with the map of its weights and its certificate. The loop
- * runs here; the certificates are the library's, see `tools/data/labs.py`.
+ * Runs of a reweighting loop, each of whose steps is certified. The reader winds the headings from
+ * which the loop starts, and for each start that was tried there is a column of certificates with
+ * the fate of the map below. The runs are the library's, see `robust_slam_course.labs`.
  */
 export function render(context) {
-  const runs = new Map();
-  return audiblePicture(context, {
-    layers: ["ghost", "edges", "drive", "axes", "points", "words"],
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "axes", "columns", "words"],
     controls: [
-      {
-        kind: "player", name: "step", label: "Step", count: (state, { last }) => last,
-        text: (step, { now, last }) => `${now} of ${last}`,
-      },
-      {
-        kind: "choice", name: "start", label: "Start from", options: [
-          ["odometry", "odometry"], ["squares", "least squares"],
-          ["twice", "headings wound twice"], ["thrice", "headings wound three times"],
-        ],
-      },
-      { kind: "choice", name: "solver", label: "Solver", options: [["gnc", "GNC"], ["switches", "switches"]] },
+      { kind: "words", name: "solver", label: "Solver", options: [["gnc", "GNC"], ["switches", "Switches"]] },
     ],
-    main: ["step", "start"],
-    solve: (state, data) => solveProofs(state, data, runs),
-    moving: ({ poses }) => poses,
-    height: (width) => (width < WIDE ? 365 : stageHeight(width)),
+    main: ["solver"],
+    clean: cleanProofs,
+    solve: ({ solver, wound }, { runs, unit }) => {
+      const run = runs[solver][wound];
+      return { ...run, poses: posesOf(run.steps, unit), failed: run.signs.replaceAll(".", "").length };
+    },
+    moving: ({ poses }) => Float64Array.from(poses),
+    height: (width) => (width < WIDE ? 390 : 380),
     draw: drawProofs,
     caption: proofsCaption,
   });
 }
 
-const HALF_OPEN = 0.25; // the weight of a closure whose switch is one half
+const GOOD_MAP = 0.1; // m from the map of the inliers, at most
 
-/** The steps of one run, computed once. */
-function stepsOf({ solver, start }, data, runs) {
-  const key = `${solver} ${start}`;
-  if (!runs.has(key)) {
-    const problem = poseGraphProblem(graphWithWrong(data, { edges: [] }), { tol: 1e-9, steps: 200 });
-    const x0 = Float64Array.from(data.starts[start]);
-    const found = solver === "gnc"
-      ? gnc(problem, CHI_99_SE2, "tls", x0, { tol: 1e-6 })
-      : irls(problem, "geman-mcclure", CHI_99_SE2, x0, { tol: 1e-6 });
-    runs.set(key, { graph: problem.graph, history: found.history, gaps: data.proofs[key] });
-  }
-  return runs.get(key);
-}
-
-function solveProofs(state, data, runs) {
-  const { graph, history, gaps } = stepsOf(state, data, runs);
-  const last = gaps.length;
-  const now = Math.min(state.step, last, history.length - 1);
-  const off = (map) => ate(map, data.best);
-  const { x, weights } = history[now];
-  const poses = alignPoses(x, data.best);
-  return {
-    now, last, gaps, weights, poses, heard: { graph, poses, weights, map: "map" },
-    off: off(x), lost: off(history.at(-1).x) > 0.1,
-  };
+function cleanProofs({ solver, wound, tried }, { runs, turns }) {
+  const now = boundedNumber(wound, [0, turns.length - 1], 0, 0);
+  const letter = letterOf(runs[solver][now].off > GOOD_MAP);
+  return { solver, wound: now, tried: { ...tried, [solver]: painted(tried[solver], turns.length, now, letter) } };
 }
 
 function drawProofs(scene, view) {
   const { width, height, result, shown, data } = view;
-  const [map, chart] = twoPanels({ x: 0, y: 0, width, height }, [1, 1], 0.56);
-  const top = putLegend(scene, "words", "legend", map.x, map.y, map.width, [
+  const [left, right] = twoPanels({ x: 0, y: 0, width, height }, [1, 1.2], 0.46);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
     ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
   ]);
-  const box = { ...map, y: map.y + top, height: map.height - top };
-  const fit = fitAround(scene, "map", box, data.best, result.poses, 16);
+  const key = `map ${width}`;
+  if (!scene.fits.has(key)) {
+    const all = Object.values(data.runs).flat().flatMap(({ steps }) => posesOf(steps, data.unit));
+    scene.fits.set(key, fitMap({ ...left, y: left.y + top, height: left.height - top }, all, 8));
+  }
+  const fit = scene.fits.get(key);
   putDrive(scene, "ghost", "best", fit, data.best, "is-ghost");
   putDrive(scene, "drive", "map", fit, shown, "is-estimate");
-  data.edges.forEach((ends, k) => {
-    if (data.trusted[k]) return;
-    const look = data.outlier[k] ? "is-outlier" : "is-inlier";
-    putEdge(scene, "edges", `edge-${k}`, fit, shown, ends, result.weights[k] >= HALF_OPEN ? look : "is-rejected", data.outlier[k] ? 3 : 2);
+  data.closures.forEach((ends, k) => {
+    const outlier = k >= data.inliers;
+    const look = result.used[k] === "1" ? (outlier ? "is-outlier" : "is-inlier") : "is-rejected";
+    putEdge(scene, "edges", `edge-${k}`, fit, shown, ends, look, outlier ? 3 : 2);
   });
-  drawGaps(scene, chart, result);
+  drawColumns(scene, right, view);
 }
 
-/** The share of the cost that is not proved, over the steps. */
-function drawGaps(scene, box, { gaps, now, last }) {
-  scene.text("words", "head", box.x + 46, box.y + 15, "not proved, share of the cost", "rs-head");
-  const maps = putAxes(
-    scene, "axes", "gaps", { ...box, y: box.y + 18, height: box.height - 18 },
-    { domain: [0.4, last + 0.6], label: "step", ticks: [1, Math.round((last + 1) / 2), last] },
-    { domain: [-0.08, 1.08], label: "", ticks: [0, 0.5, 1] },
-  );
-  if (now > 0) {
-    scene.path("axes", "now", "is-estimate", `M${maps.toX(now)} ${maps.inner.y}v${maps.inner.height}`, 2);
-  }
-  gaps.forEach((gap, k) => {
-    const [shape, colour] = gap > 0 ? ["triangle", "outlier"] : ["circle", "inlier"];
-    putMarker(scene, "points", `gap-${k}`, maps.toX(k + 1), maps.toY(gap), shape, colour);
+const FATE = 20; // pixels of the row of fates
+
+/** A column for each start that was tried: its certificates from below, and the fate of its map. */
+function drawColumns(scene, box, { state, data, change }) {
+  const [runs, last] = [data.runs[state.solver], data.turns.length - 1];
+  const most = Math.max(...Object.values(data.runs).flat().map(({ signs }) => signs.length));
+  scene.text("words", "head", box.x + 34, box.y + 15, "certificates of the steps", "rs-head");
+  const maps = putAxes(scene, "axes", "steps", { ...box, y: box.y + 20, height: box.height - 62 - FATE },
+    { domain: [-0.5, last + 0.5], label: "", ticks: [] }, { domain: [0, most + 1], label: "", ticks: [1, 10, 20] });
+  const { inner } = maps;
+  const floor = inner.y + inner.height;
+  const [certified, fails] = [[], []];
+  const half = Math.min(8, 0.36 * (inner.width / (last + 1)));
+  [...state.tried[state.solver]].forEach((letter, k) => {
+    if (letter === ".") return;
+    const x = maps.toX(k);
+    [...runs[k].signs].forEach((sign, step) => {
+      const y = maps.toY(step + 1);
+      if (sign === ".") certified.push(`M${x - half} ${y}h${2 * half}`);
+      else fails.push(`M${x - half} ${y - 3}l${2 * half} 6m0 -6l${-2 * half} 6`);
+    });
+  });
+  scene.path("columns", "certified", "is-inlier", certified.join(""), 3);
+  scene.put("columns", "fails", "path", {
+    class: "is-outlier", d: fails.join(""), "stroke-width": 2, style: "stroke-dasharray:none",
+  });
+  scene.text("words", "fate", inner.x - 4, floor + FATE - 2, "map", "rs-tick", "end");
+  putRibbon(scene, "columns", "fates", { ...inner, y: floor + 6, height: FATE - 6 }, state.tried[state.solver]);
+  const line = floor + FATE + 18;
+  scene.path("axes", "track", "is-muted", `M${inner.x} ${line}H${inner.x + inner.width}`, 2);
+  const turn = (to) => change({ wound: Math.min(last, Math.max(0, Math.round(to))) });
+  const text = `wound by ${numberText(data.turns[state.wound])} turns`;
+  const x = maps.toX(state.wound);
+  const atLeft = state.wound > last / 2;
+  scene.text("words", "turns", x + (atLeft ? 8 : -8), line + 24, text, "", atLeft ? "end" : "start");
+  putHandle(scene, "wound", {
+    x, y: line, label: "Turns by which the start is wound", text,
+    now: data.turns[state.wound], least: data.turns[0], most: data.turns[last],
+    unit: (data.turns[last] - data.turns[0]) / last,
+    drag: (px) => turn(maps.fromX(px)), step: (rightwards, up) => turn(state.wound + (rightwards || up)),
   });
 }
 
-function proofsCaption({ result }) {
-  const { now, last, gaps, off, lost } = result;
-  const failed = gaps.filter((gap) => gap > 0).length;
-  const proof = now === 0 ? "Step 0 is the start."
-    : gaps[now - 1] > 0 ? `Step ${now} of ${last}: not certified, ${Math.round(100 * gaps[now - 1])} % of the cost is not proved.`
-      : `Step ${now} of ${last}: certified, no map fits these weights better.`;
-  const all = failed ? `${failed} of the ${last} certificates fail` : `all ${last} certificates succeed`;
-  return `${proof} The map is ${off.toFixed(2)}\u00a0m from the best one. In this run ${all}, and it ends in a ${lost ? "lost" : "good"} map.`;
+function proofsCaption({ state, result: { signs, failed, off }, data }) {
+  const start = state.wound ? `Wound by ${numberText(data.turns[state.wound])} turns, ` : "From odometry ";
+  const lost = off > GOOD_MAP;
+  const end = `the map ends ${lost ? "lost" : "good"}, ${off.toFixed(2)}\u00a0m off.`;
+  if (failed) return `${start}${failed} of the ${signs.length} certificates fail, and ${end}`;
+  return `${start}all ${signs.length} certificates succeed, and ${lost ? "yet " : ""}${end}`;
 }

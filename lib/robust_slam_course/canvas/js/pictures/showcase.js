@@ -1,180 +1,165 @@
-import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
 import { boundedNumber } from "../draw/link.js";
-import { audiblePicture } from "../draw/listen.js";
-import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
+import { putLegend } from "../draw/legend.js";
+import { fitAround, nearestPose, posePixels, putDrive, putEdge } from "../draw/map.js";
+import { putHandle } from "../draw/handle.js";
+import { livePicture } from "../draw/picture.js";
+import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
+import { twoPanels, WIDE } from "../draw/stage.js";
+import { putStrip } from "../draw/strip.js";
 import { agreeingClosures } from "../solve/aliasing.js";
 import { gnc } from "../solve/graduation.js";
-import { KERNELS } from "../solve/kernels.js";
 import { irls } from "../solve/loop.js";
 import { alignPoses, ate } from "../solve/metrics.js";
-import {
-  CHI_99_SE2, graphResidualNorms, graphWithWrong, leastSquares, poseGraphProblem,
-} from "../solve/pose_graph.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 
 /**
- * One drive and three estimators side by side: least squares, switchable constraints, GNC. The
- * reader moves a wrong closure; below each map stand the weights of all closures over their
- * residuals, on the curve of that estimator.
+ * One map, which is that of least squares, of switches or of GNC. The reader drags one end of nine
+ * wrong closures along the drive, and the ribbon below keeps how each place ended.
  */
 export function render(context) {
-  return audiblePicture(context, {
-    layers: ["ghost", "edges", "drive", "wrong", "words", "axes", "curve", "points"],
+  const solved = new Map();
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "wrong", "strip", "words"],
     controls: [
+      { kind: "words", name: "method", label: "Method", options: Object.entries(METHODS) },
       {
-        kind: "slider", name: "size", label: "Wrong closures", min: 1, max: MOST_AGREEING, step: 1,
-        text: String,
-      },
-      {
-        kind: "choice", name: "start", label: "Start from",
+        kind: "words", name: "start", label: "Start from",
         options: [["squares", "least squares"], ["odometry", "odometry"]],
       },
     ],
-    main: [context.model.get("data").main ?? "size"],
-    height: (width) => (width < WIDE ? 402 : stageHeight(width)),
-    clean: cleanShowcase,
-    solve: solveShowcase,
-    moving: (result) => result.numbers,
+    main: [context.model.get("data").main],
+    height: (width) => (width < WIDE ? 405 : 380),
+    clean: (state, data) => cleanShowcase(state, data, solved),
+    solve: (state, data) => solveShowcase(state, data, solved),
+    moving: ({ poses, weights }) => Float64Array.from([...poses, ...weights]),
     draw: drawShowcase,
     caption: showcaseCaption,
   });
 }
 
-const MOST_AGREEING = 9;
-const ESTIMATORS = [
-  { key: "squares", name: "Least squares", weight: () => 1 },
-  { key: "switches", name: "Switches", weight: (u) => KERNELS["geman-mcclure"].weight(u, CHI_99_SE2) },
-  { key: "gnc", name: "GNC", weight: (u) => (u <= CHI_99_SE2 ? 1 : 0) },
-];
+const METHODS = { squares: "Least squares", switches: "Switches", gnc: "GNC" };
+const NINE = 9; // wrong closures that agree
 const IN_USE = 0.25; // the weight of a switched closure at the 99 % quantile; GNC has only 0 and 1
-const chartHeight = (width) => (width < WIDE ? 62 : 142); // pixels
-const HEAD = 22; // pixels above a map
+const AT_MOST = 0.4; // m off the true path, at most
 
-/** Where the maps stand, over their charts; where the page is narrow the first one has a row and no chart. */
-function cellsOf(width, height) {
-  const below = chartHeight(width);
-  if (width >= WIDE) return sideBySide({ x: 0, y: 0, width, height: height - below }, [1, 1, 1]);
-  const top = height / 2;
-  const second = { x: 0, y: top, width, height: height - top - below };
-  return [{ x: 0, y: 0, width, height: top }, ...sideBySide(second, [1, 1])];
+/** What is tried by this method from this start; least squares has none. */
+function runOf({ method, start }) {
+  return method === "squares" ? method : `${method} ${start}`;
 }
 
-function cleanShowcase(state, data) {
-  const count = data.truth.length / 3;
-  const inside = (pose, instead) => boundedNumber(pose, [0, count - state.size], instead, 0);
-  let [i, j] = [inside(state.wrong[0], 42), inside(state.wrong[1], 9)];
-  if (Math.abs(i - j) < 2) [i, j] = i > 1 ? [i, i - 2] : [i, i + 2];
-  return { ...state, wrong: [i, j] };
+function cleanShowcase(state, data, solved) {
+  const last = data.truth.length / 3 - NINE;
+  const place = boundedNumber(state.place, [0, last], NINE, 0);
+  const far = Math.abs(place - data.end) >= 2;
+  const moved = { ...state, place: far ? place : data.end + 2 * Math.sign(place - data.end || 1) };
+  const run = runOf(moved);
+  const letter = letterOf(solveShowcase(moved, data, solved).off > AT_MOST);
+  return { ...moved, tried: { ...state.tried, [run]: painted(state.tried[run], last + 1, moved.place, letter) } };
 }
 
-/** The three maps, each laid over the true path, with the norms and weights of the closures. */
-function solveShowcase(state, data) {
-  const graph = graphWithWrong(data, agreeingClosures(data.truth, state.wrong, state.size));
+/** The map of the method that is chosen, laid over the true path, with the weights of its closures. */
+function solveShowcase(state, data, solved) {
+  const key = `${state.place} ${runOf(state)}`;
+  if (!solved.has(key)) solved.set(key, mapOf(state, data));
+  return solved.get(key);
+}
+
+function mapOf({ place, method, start }, { truth, end, trusted, ...data }) {
+  const graph = graphWithWrong({ truth, trusted, ...data }, agreeingClosures(truth, [end, place], NINE));
   const problem = poseGraphProblem(graph);
-  const squares = leastSquares(problem).poses;
-  const start = state.start === "squares" ? squares : problem.guess;
+  const from = start === "squares" || method === "squares" ? leastSquares(problem).poses : problem.guess;
   // Switches that are always at their optimum are the kernel of Geman and McClure.
-  const switched = irls(problem, "geman-mcclure", CHI_99_SE2, start, { tol: 1e-3, maxIterations: 60 });
-  const graduated = gnc(problem, CHI_99_SE2, "tls", start, { tol: 1e-4 });
-  const { truth } = data;
-  const first = data.trusted.reduce((sum, value) => sum + value, 0);
-  const weights = [new Float64Array(graph.m).fill(1), switched.weights, graduated.weights];
-  const answers = [squares, switched.x, graduated.x].map((poses, k) => ({
-    poses: alignPoses(poses, truth), off: ate(poses, truth),
-    norms: graphResidualNorms(graph, poses).slice(first), weights: weights[k].slice(first),
-  }));
-  const numbers = Float64Array.from(answers.flatMap(({ poses, norms, weights: own }) => [
-    ...poses, ...norms.map((norm) => Math.log10(Math.max(norm, 0.1))), ...own,
-  ]));
-  const heard = { graph, poses: answers[2].poses, weights: graduated.weights, map: "gnc", of: "GNC’s map: " };
-  return { answers, numbers, heard, first, correct: data.edges.length - first, edges: edgesOf(graph) };
-}
-
-function edgesOf(graph) {
-  return Array.from({ length: graph.m }, (_, k) => [graph.tail[k], graph.head[k]]);
+  const { x, weights } = {
+    squares: () => ({ x: from, weights: new Float64Array(graph.m).fill(1) }),
+    switches: () => irls(problem, "geman-mcclure", CHI_99_SE2, from, { tol: 1e-3, maxIterations: 60 }),
+    gnc: () => gnc(problem, CHI_99_SE2, "tls", from, { tol: 1e-4 }),
+  }[method]();
+  const first = trusted.reduce((sum, value) => sum + value, 0);
+  const closures = Array.from({ length: graph.m - first }, (_, k) => [graph.tail[first + k], graph.head[first + k]]);
+  const own = weights.slice(first);
+  const kept = own.slice(-NINE).reduce((sum, weight) => sum + (weight >= IN_USE), 0);
+  return { poses: alignPoses(x, truth), off: ate(x, truth), weights: own, closures, kept };
 }
 
 function drawShowcase(scene, view) {
-  const boxes = cellsOf(view.width, view.height);
-  const each = view.shown.length / 3;
-  const poses = view.data.truth.length;
-  const closures = (each - poses) / 2;
-  ESTIMATORS.forEach((estimator, k) => {
-    const shown = view.shown.subarray(k * each, (k + 1) * each);
-    const parts = {
-      poses: shown.subarray(0, poses),
-      norms: shown.subarray(poses, poses + closures),
-      weights: shown.subarray(poses + closures),
-    };
-    drawEstimator(scene, view, estimator, view.result.answers[k], parts, boxes[k]);
-    if (k || view.width >= WIDE) drawWeights(scene, view, estimator, parts, boxes[k]);
+  const { width, height, state, result, data } = view;
+  const ribbon = { x: 0, y: height - RIBBON_HEIGHT, width, height: RIBBON_HEIGHT };
+  const [left, strip] = twoPanels({ x: 0, y: 0, width, height: height - RIBBON_HEIGHT }, [1.7, 1], 0.66);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
+    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
+  ]);
+  const poses = view.shown.subarray(0, data.truth.length);
+  const weights = view.shown.subarray(data.truth.length);
+  const box = { ...left, y: left.y + top, height: left.height - top };
+  const map = fitAround(scene, "map", box, data.truth, result.poses);
+  putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
+  putDrive(scene, "drive", "map", map, poses, "is-estimate");
+  result.closures.forEach((edge, k) => {
+    const wrong = k >= weights.length - NINE;
+    const look = weights[k] < IN_USE ? "is-rejected" : wrong ? "is-outlier" : "is-inlier";
+    putEdge(scene, wrong ? "wrong" : "edges", `edge-${k}`, map, wrong ? data.truth : poses, edge, look,
+      wrong && k === weights.length - NINE ? 3 : 1.5);
   });
-  const map = showcaseMap(scene, ESTIMATORS[0].key, boxes[0], view.data.truth, view.result.answers[0].poses);
-  const edit = ([wrong]) => view.change({ wrong });
-  putClosureHandles(scene, map, view.data.truth, [view.state.wrong], edit, { noun: "Wrong closure", removable: false });
+  scene.put("wrong", "end", "circle", { class: "rs-open is-outlier", r: 5, style: "stroke-dasharray:none", ...centre(map, data) });
+  putWeights(scene, strip, weights);
+  putTried(scene, ribbon, state);
+  putWrongEnd(scene, map, view);
 }
 
-function showcaseMap(scene, key, { x, y, width, height }, truth, poses) {
-  return fitAround(scene, key, { x, y: y + HEAD, width, height: height - HEAD }, truth, poses);
+function centre(map, { truth, end }) {
+  const [cx, cy] = posePixels(map, truth, end);
+  return { cx, cy };
 }
 
-function drawEstimator(scene, view, { key, name }, answer, parts, box) {
-  const { result, data } = view;
-  const map = showcaseMap(scene, key, box, data.truth, answer.poses);
-  const head = `${name}: ${answer.off.toFixed(2)} m off`;
-  scene.text("words", `${key}-name`, box.x + 0.5 * box.width, box.y + 14, head, "rs-head", "middle");
-  putDrive(scene, "ghost", `${key}-truth`, map, data.truth, "is-ghost");
-  putDrive(scene, "drive", key, map, parts.poses, "is-estimate");
-  answer.weights.forEach((weight, k) => {
-    const edge = result.edges[result.first + k];
-    const used = weight >= IN_USE;
-    if (k < result.correct) {
-      putEdge(scene, "edges", `${key}-${k}`, map, parts.poses, edge, used ? "is-inlier" : "is-rejected");
-    } else {
-      const width = k === result.correct ? 3 : 1.5;
-      putEdge(scene, "wrong", `${key}-${k}`, map, data.truth, edge, used ? "is-outlier" : "is-rejected", width);
-    }
-  });
+function putWeights(scene, box, weights) {
+  const bars = (from, to, look) => Array.from(weights.subarray(from, to), (value, k) => (
+    { value, look, part: `edge-${from + k}` }));
+  const correct = weights.length - NINE;
+  putStrip(scene, "strip", "weights", box, [
+    { name: `${correct} correct`, share: correct, bars: bars(0, correct, "is-inlier") },
+    { name: `${NINE} wrong`, share: NINE, bars: bars(correct, weights.length, "is-outlier") },
+  ], { domain: [0, 1], ticks: [0, 0.5, 1], label: "weight", linear: true });
 }
 
-const CROSS = "m-4.5 -4.5l9 9m0 -9l-9 9";
-const RING = "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0";
+const RIBBON_HEIGHT = 52; // pixels
 
-/** The weights of the closures over their residuals, circles for correct ones, crosses for wrong. */
-function drawWeights(scene, { result, width }, { key, weight }, parts, box) {
-  const place = { x: box.x, y: box.y + box.height, width: box.width, height: chartHeight(width) };
-  const [label, ticks] = width < WIDE ? ["", [0, 1]] : ["weight", [0, 0.5, 1]];
-  const domain = [-1.05, 2.08];
-  const maps = putAxes(
-    scene, "axes", key, place,
-    { domain, ticks: [-1, 0, 1, 2], label: label && "residual u", text: (power) => numberText(10 ** power) },
-    { domain: [-0.06, 1.12], ticks, label },
-  );
-  const look = { class: "is-muted", "stroke-width": 1.5 };
-  if (key === "switches") putCurve(scene, "curve", `${key}-w`, maps, domain, (power) => weight(10 ** power), look, 60);
-  else {
-    const knee = key === "gnc" ? Math.log10(CHI_99_SE2) : domain[1];
-    const corners = [[domain[0], 1], [knee, 1], [knee, weight(100)], [domain[1], weight(100)]];
-    putPath(scene, "curve", `${key}-w`, maps, corners.map(([x, y]) => [maps.toX(x), maps.toY(y)]), look);
-  }
-  const marks = (from, to, mark) => Array.from({ length: to - from }, (_, k) => {
-    const x = maps.toX(Math.min(domain[1], parts.norms[from + k]));
-    return `M${x.toFixed(1)} ${maps.toY(parts.weights[from + k]).toFixed(1)}${mark}`;
-  }).join("");
-  const solid = "stroke-dasharray:none";
-  scene.put("points", `${key}-right`, "path", {
-    class: "is-inlier", "stroke-width": 1.8, style: solid, d: marks(0, result.correct, RING),
-  });
-  scene.put("points", `${key}-wrong`, "path", {
-    class: "is-outlier", "stroke-width": 2.2, style: solid, d: marks(result.correct, parts.norms.length, CROSS),
+/** What was tried along the drive, and faint what was tried from the other start. */
+function putTried(scene, { x, y, width }, { method, start, tried, place }) {
+  const other = runOf({ method, start: start === "squares" ? "odometry" : "squares" });
+  const ribbon = tried[runOf({ method, start })];
+  const each = width / ribbon.length;
+  putRibbon(scene, "strip", "tried", { x, y: y + 24, width, height: 16 }, ribbon);
+  if (other !== method && tried[other]) putRibbon(scene, "strip", "other", { x, y: y + 43, width, height: 8 }, tried[other], true);
+  scene.path("strip", "here", "is-ink", `M${x + (place + 0.5) * each} ${y + 20}l-4 -5h8Z`, 1.5);
+  const count = (letter) => [...ribbon].filter((one) => one === letter).length;
+  const words = `The drive: ${count(letterOf(true))} lost of ${ribbon.replaceAll(".", "").length} tried`;
+  const right = (place + 0.5) * each < width / 2;
+  scene.text("words", "tried", right ? x + width : x, y + 13, words, "rs-tick", right ? "end" : "start");
+}
+
+function putWrongEnd(scene, map, { data, state, change }) {
+  const last = data.truth.length / 3 - NINE;
+  const [x, y] = posePixels(map, data.truth, state.place);
+  const move = (place) => change({ place: Math.min(last, Math.max(0, place)) });
+  putHandle(scene, "place", {
+    x, y, shape: "diamond", look: "rs-wrong", label: "Wrong closures, moved end",
+    text: `pose ${state.place}`, now: state.place, least: 0, most: last,
+    drag: (px, py) => move(nearestPose(
+      data.truth, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - data.end) >= 2,
+    )),
+    step: (right, up) => {
+      const to = state.place + (right || up);
+      // Past the other end, on to the first pose on its far side.
+      move(Math.abs(to - data.end) < 2 ? data.end + 2 * Math.sign(right || up) : to);
+    },
   });
 }
 
-function showcaseCaption({ state, result }) {
-  const inUse = (from, to) => result.answers.map(({ weights }) => weights.slice(from, to)
-    .reduce((sum, weight) => sum + (weight >= IN_USE), 0));
-  const off = result.answers.map((answer) => answer.off.toFixed(2));
-  const [right, wrong] = [inUse(0, result.correct), inUse(result.correct, result.correct + state.size)];
-  return `Least squares uses all and is ${off[0]}\u00a0m off. Switches use ${wrong[1]} of ${state.size} wrong and `
-    + `${right[1]} of ${result.correct} correct closures and are ${off[1]}\u00a0m off; GNC ${wrong[2]} and ${right[2]}, ${off[2]}\u00a0m.`;
+function showcaseCaption({ state, result: { kept, off } }) {
+  const [name, end] = [METHODS[state.method], `${off.toFixed(2)}\u00a0m off.`];
+  const where = `with the diamond at pose ${state.place}`;
+  const who = kept === NINE ? "the nine" : `${kept} of the nine`;
+  if (!kept) return `${name} rejects the nine ${where}, and its map stays on the path, ${end}`;
+  if (off > AT_MOST) return `${name} follows ${who} ${where}, and they bend its map: it is ${end}`;
+  return `${name} keeps ${who} ${where}, but they hardly bend its map: it is ${end}`;
 }

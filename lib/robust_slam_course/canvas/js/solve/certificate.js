@@ -59,12 +59,12 @@ export function quadraticCost(Q, R, r) {
 }
 
 /** Return the blocks Λ_i = sym(R_iᵀ (R Q)_i) (n, 2, 2) by rows. */
-export function multipliersOf(Q, R, r) {
+function multipliersOf(Q, R, r) {
   return symmetricProducts(R, rowsTimes(R, r, Q), r);
 }
 
 /** Return the blocks sym(R_iᵀ V_i) (n, 2, 2) of R and V (r, 2n). */
-export function symmetricProducts(R, V, r) {
+function symmetricProducts(R, V, r) {
   const width = R.length / r;
   const blocks = new Float64Array(2 * width);
   for (let i = 0; i < width / 2; i++) {
@@ -80,7 +80,7 @@ export function symmetricProducts(R, V, r) {
 }
 
 /** Return R A (r, width) for R (r, width) and a symmetric A (width, width). */
-export function rowsTimes(R, r, A) {
+function rowsTimes(R, r, A) {
   const width = R.length / r;
   const product = new Float64Array(R.length);
   for (let row = 0; row < r; row++) {
@@ -96,7 +96,7 @@ export function rowsTimes(R, r, A) {
 }
 
 /** Return Σ a b. */
-export function dotProduct(a, b) {
+function dotProduct(a, b) {
   let sum = 0;
   for (let k = 0; k < a.length; k++) sum += a[k] * b[k];
   return sum;
@@ -106,7 +106,7 @@ export function dotProduct(a, b) {
  * Return the relative size of R S, without a unit, 0 where the gradient is 0: the root of
  * Σ_c ‖(R S)_c‖²/Q_cc over Σ_c Q_cc, as `robust_slam.certificates.tangent` has it.
  */
-export function headingsStationarity(Q, R, r) {
+function headingsStationarity(Q, R, r) {
   const gradient = rowsTimes(R, r, lessMultipliers(Q, multipliersOf(Q, R, r)));
   const diagonal = diagonalEntries(Q);
   const share = (entry, k) => entry ** 2 / diagonal[k % diagonal.length];
@@ -116,10 +116,8 @@ export function headingsStationarity(Q, R, r) {
 /**
  * Return the certificate of R (r, 2n) for the headings alone, with Q from `connectionMatrix`.
  *
- * The result is { verdict, stationarity, lambdaMin, cost, lowerBound, bound, direction, S,
- * eigenvalues }. `lambdaMin` is 0 where it is 0 up to rounding; no rotations cost less than
- * `lowerBound`, and `bound` bounds the optimality gap. `direction` (2n,) is the unit eigenvector
- * of a negative `lambdaMin`, a descent direction at the next rank, null where there is none. As in
+ * The result is { verdict, stationarity, lambdaMin, cost, lowerBound, bound, S, eigenvalues }. `lambdaMin` is 0 where it is 0 up to rounding; no rotations cost less than
+ * `lowerBound`, and `bound` bounds the optimality gap. As in
  * `robust_slam.certificates.optimality.judge` the verdict follows from the bound that the Cholesky
  * test proves, not from the test.
  */
@@ -128,7 +126,7 @@ export function certify(Q, R, r) {
   const S = lessMultipliers(Q, multipliersOf(Q, R, r));
   const cost = quadraticCost(Q, R, r);
   const stationarity = headingsStationarity(Q, R, r);
-  const { values: eigenvalues, vectors } = symmetricEigen(S, width);
+  const eigenvalues = symmetricEigen(S, width);
   const total = traceOf(Q);
   const share = Math.max(FIRST_SHIFT, Math.min(stationarity, ROUNDING_SHIFT / 2));
   const shifted = S.slice();
@@ -143,16 +141,15 @@ export function certify(Q, R, r) {
     verdict: stationarity <= STATIONARY ? proved : "not stationary",
     stationarity, lambdaMin, cost, lowerBound, S, eigenvalues,
     bound: Math.max(0, cost - Math.max(0, lowerBound)),
-    direction: passed ? null : vectors.slice(0, width),
   };
 }
 
-/** Return Q − share · Λ (2n, 2n) for blocks Λ (n, 2, 2). */
-export function lessMultipliers(Q, multipliers, share = 1) {
+/** Return Q − Λ (2n, 2n) for blocks Λ (n, 2, 2). */
+function lessMultipliers(Q, multipliers) {
   const n = multipliers.length / 4;
   const S = Q.slice();
   for (let i = 0; i < n; i++) {
-    addBlock(S, n, i, i, multipliers.subarray(4 * i, 4 * i + 4).map((entry) => -share * entry));
+    addBlock(S, n, i, i, multipliers.subarray(4 * i, 4 * i + 4).map((entry) => -entry));
   }
   return S;
 }
@@ -162,7 +159,7 @@ function diagonalEntries(Q) {
   return Float64Array.from({ length: size }, (_, c) => Q[c * size + c]);
 }
 
-export function traceOf(Q) {
+function traceOf(Q) {
   return diagonalEntries(Q).reduce((sum, entry) => sum + entry, 0);
 }
 

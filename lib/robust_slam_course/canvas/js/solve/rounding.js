@@ -9,6 +9,6 @@ const COST_ROUNDING = 1e-12;
 const NEGLIGIBLE_COST = 1e-18;
 
 /** Tell whether `cost` is higher than the one `before` by more than rounding. */
-export function costIncreases(cost, before, negligible = NEGLIGIBLE_COST) {
-  return cost > before * (1 + COST_ROUNDING) + negligible;
+export function costIncreases(cost, before) {
+  return cost > before * (1 + COST_ROUNDING) + NEGLIGIBLE_COST;
 }
