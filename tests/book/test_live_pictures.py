@@ -300,7 +300,7 @@ class TestAlone:
             visit.page.set_content(majoriser().static_html())
             unfold(pictures(visit.page)[0])
             slider = visit.page.locator("[data-control=sigma]")
-            kernels = visit.page.locator("[data-control^=kernel-]").all()
+            kernels = visit.page.locator(".rs-player [aria-pressed]").all()
             for end, kernel in zip(("End", "Home") * len(kernels), kernels, strict=False):
                 kernel.click()
                 slider.press(end)

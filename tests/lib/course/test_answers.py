@@ -121,7 +121,7 @@ def test_a_reader_paints_by_hand_what_show_it_shows(name, handle, places, tmp_pa
     page = open_page(path.as_uri(), reduced_motion="reduce").page
     picture = page.locator(".rs-picture")
     if name == "starts":
-        picture.locator("[data-control=start-odometry]").click()
+        picture.locator("[data-control=odometry]").click()
     picture.locator(f"[data-handle={handle}]").focus()
     for key in ["Home", *["ArrowRight"] * places]:
         page.keyboard.press(key)

@@ -52,14 +52,11 @@ export function putAxes(scene, layer, key, box, across, up) {
   if (across.label) {
     scene.text(layer, `${key}-xl`, inner.x + inner.width / 2, floor + 36, across.label, "", "middle");
   }
-  if (up.label) putTurned(scene, layer, `${key}-yl`, box.x + 13, inner.y + inner.height / 2, up.label);
+  if (up.label) {
+    const [x, y] = [box.x + 13, inner.y + inner.height / 2];
+    setAttributes(scene.text(layer, `${key}-yl`, x, y, up.label, "", "middle"), { transform: `rotate(-90 ${x} ${y})` });
+  }
   return maps;
-}
-
-/** Words that are read from below, with their middle at (x, y). */
-export function putTurned(scene, layer, key, x, y, words) {
-  const element = scene.text(layer, key, x, y, words, "", "middle");
-  setAttributes(element, { transform: `rotate(-90 ${x} ${y})` });
 }
 
 /** A curve y = f(x) over the axes' box, cut off above and below it. */

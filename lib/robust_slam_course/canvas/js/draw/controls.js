@@ -30,7 +30,7 @@ export const LAST_STEP = 1e6;
 export function valuesWithin(specs, state, first) {
   const within = ({ kind, name, min, max, step, log, options }) => {
     const [value, instead] = [state[name], first[name]];
-    if (kind === "choice" || kind === "words") return options.some(([one]) => one === value) ? value : instead;
+    if (options) return options.some(([one]) => one === value) ? value : instead;
     if (kind === "toggle") return Boolean(value);
     if (kind === "player") return boundedNumber(value, [0, LAST_STEP], instead, 0);
     const steps = log ? value : Number((min + step * Math.round((value - min) / step)).toPrecision(12));
@@ -66,15 +66,11 @@ function choice(spec, change) {
 }
 
 function words(spec, change) {
-  const buttons = spec.options.map(([value, text]) => {
-    const button = htmlElement("button", { type: "button", "data-control": `${spec.name}-${value}` }, text);
-    button.addEventListener("click", () => change({ [spec.name]: value }));
-    return button;
-  });
-  const show = (state) => buttons.forEach((button, k) => button.setAttribute(
-    "aria-pressed", String(spec.options[k][0] === state[spec.name]),
-  ));
-  return { element: htmlElement("span", { class: "rs-words", role: "group", "aria-label": spec.label }, ...buttons), show };
+  const buttons = spec.options.map(([value, text]) => htmlElement("button", { type: "button", value, "data-control": text }, text));
+  const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...buttons);
+  element.addEventListener("click", ({ target }) => target.value && change({ [spec.name]: target.value }));
+  const show = (state) => buttons.forEach((one) => { one.ariaPressed = one.value === state[spec.name]; });
+  return { element, show };
 }
 
 function toggle(spec, change) {

@@ -1,6 +1,7 @@
 import { putLegend } from "../draw/legend.js";
-import { fitAround, posesOf, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
+import { posesOf } from "../draw/steps.js";
 import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 
 /**

@@ -1,10 +1,11 @@
 import { numberText, putAxes } from "../draw/axes.js";
 import { boundedNumber } from "../draw/link.js";
 import { putEndLabels } from "../draw/labels.js";
-import { fitMap, posesOf } from "../draw/map.js";
+import { fitMap } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
+import { posesOf } from "../draw/steps.js";
 import { WIDE } from "../draw/stage.js";
 
 /**

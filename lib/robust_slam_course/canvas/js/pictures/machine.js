@@ -1,8 +1,9 @@
 import { numberText } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { boundedNumber } from "../draw/link.js";
-import { fitMap, posesOf, putDrive, putEdge } from "../draw/map.js";
+import { fitMap, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
+import { posesOf } from "../draw/steps.js";
 import { twoPanels, WIDE } from "../draw/stage.js";
 
 /**

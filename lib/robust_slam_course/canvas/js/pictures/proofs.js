@@ -2,9 +2,10 @@ import { numberText, putAxes } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { putLegend } from "../draw/legend.js";
 import { boundedNumber } from "../draw/link.js";
-import { fitMap, posesOf, putDrive, putEdge } from "../draw/map.js";
+import { fitMap, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
 import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
+import { posesOf } from "../draw/steps.js";
 import { twoPanels, WIDE } from "../draw/stage.js";
 
 /**
