@@ -51,8 +51,8 @@ def own(site: Site, name: str) -> Tag:
     """The map of a chapter on the front page, or the only one of a page."""
     front = PAGES[0] if name in CHAPTERS else name
     html = (site.folder / f"{front}.html").read_text("utf-8")
-    maps = re.findall(r'<svg class="rs-map".*?</svg>', html, re.S)
-    return BeautifulSoup(maps[CHAPTERS.index(name) if name in CHAPTERS else 0], "html.parser").svg
+    maps = BeautifulSoup(html, "html.parser").select("svg.rs-map")
+    return maps[CHAPTERS.index(name) if name in CHAPTERS else 0]
 
 
 @pytest.mark.parametrize(

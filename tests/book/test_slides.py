@@ -48,8 +48,8 @@ BEYOND = """(section) => {
 FILLED = """(section) => {
   const frame = document.querySelector(".slides").getBoundingClientRect();
   const parts = [...section.querySelectorAll("h1, h2, .ask, .words > p, .show > div")];
-  const areas = parts.map((part) => part.getBoundingClientRect()).map((box) => box.width * box.height);
-  return areas.reduce((sum, area) => sum + area, 0) / (frame.width * frame.height);
+  const boxes = parts.map((part) => part.getBoundingClientRect());
+  return boxes.reduce((sum, box) => sum + box.width * box.height, 0) / (frame.width * frame.height);
 }"""
 """Which part of a slide holds something."""
 ASKED = """(section) => Math.min(Infinity, ...[...section.querySelectorAll(".ask, .rs-predict legend")]
