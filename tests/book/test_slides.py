@@ -49,10 +49,12 @@ FILLED = """(section) => {
   const frame = document.querySelector(".slides").getBoundingClientRect();
   const parts = [...section.querySelectorAll("h1, h2, .ask, .words > p, .show > div")];
   const boxes = parts.map((part) => part.getBoundingClientRect());
-  return boxes.reduce((sum, box) => sum + box.width * box.height, 0) / (frame.width * frame.height);
+  const filled = boxes.reduce((sum, box) => sum + box.width * box.height, 0);
+  return filled / (frame.width * frame.height);
 }"""
 """Which part of a slide holds something."""
-ASKED = """(section) => Math.min(Infinity, ...[...section.querySelectorAll(".ask, .rs-predict legend")]
+ASKED = """(section) => Math.min(Infinity,
+  ...[...section.querySelectorAll(".ask, .rs-predict legend")]
   .filter((each) => each.checkVisibility())
   .map((each) => parseFloat(getComputedStyle(each).fontSize)
     * each.getBoundingClientRect().width / each.offsetWidth))"""
