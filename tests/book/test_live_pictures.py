@@ -177,7 +177,8 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
                 picture.page.keyboard.press(pressed)
                 seen(picture)
                 places[pressed] = float(picture.evaluate(OF_HANDLE, [key, "valuenow"]))
-            slack = 0.12 * (most - least) if not key.startswith("heading") else most - least
+            slack = max(2.0, 0.12 * (most - least))
+            slack = most - least if key.startswith("heading") else slack
             assert most - slack <= places["End"] <= most, key
             assert least <= places["Home"] <= least + slack, key
             assert places["Home"] < places["PageUp"] < places["End"] or slack > 300, key
@@ -188,7 +189,7 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
 def test_more_to_try_is_one_question_with_one_control_at_most(opened):
     for picture in pictures(opened[0].page):
         assert picture.locator("details .rs-ask").count() == 1
-        assert picture.locator("details [data-control]:not([data-control^=play])").count() <= 1
+        assert picture.locator("details .rs-controls > *").count() <= 1
         assert picture.locator(".rs-icons button").count() == 2
 
 
@@ -385,7 +386,7 @@ def states_between(at: str, browser: Browser, motion: str) -> int:
               const drive = 'path.rs-drive.is-estimate';
               const line = () => picture.querySelector(drive).getAttribute('d');
               const seen = new Set([line()]);
-              picture.querySelector('[data-control=robust]').click();
+              picture.querySelector('.rs-predict input').click();
               for (let k = 0; k < 40; k += 1) {
                 await new Promise(requestAnimationFrame);
                 seen.add(line());

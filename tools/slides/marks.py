@@ -2,8 +2,8 @@
 
 A cell's metadata may hold ``slides``, a list with one entry for each slide:
 
-- ``title`` and ``ask``: the slide's heading, a claim, and the question above what is shown. They are
-  what a slide says in words that are not the page's;
+- ``title`` and ``ask``: the slide's heading, a claim, and the question above what is shown: what a
+  slide says in words that are not the page's;
 - ``say``: words of each sentence of the page that stands on the slide;
 - ``then``: the same, for what the next keys reveal, such as the answer to a question;
 - ``show``: what is shown. At a code cell it is ``output`` (where nothing is given), ``code``,

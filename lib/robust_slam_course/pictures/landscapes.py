@@ -147,7 +147,7 @@ def basins() -> Picture:
         caption=f"The TLS cost with c = {kernel.scale:g} of twenty readings at 0 and one at 10."
         f" From {start:g} IRLS ends at {run.x:g}, where {run.weights.sum():g} of {crowd.size}"
         " readings is kept; the lowest cost is at 0.",
-        state={"z": [0.0, 10.0], "kernel": "tls", "sigma": 1.0, "start": start},
+        state={"z": [0.0, 10.0], "kernel": "tls", "sigma": 1.0, "start": start, "tried": {}},
         answer={"sigma": 3.0},
         data={"z": [0.0, 10.0], "times": [20, 1], "c": kernel.scale},
         still=_basins_still(crowd, kernel, run.history),

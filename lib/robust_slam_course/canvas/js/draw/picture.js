@@ -234,8 +234,8 @@ function frame(el, texts, spec, change, calm) {
   el.setAttribute("role", "group");
   el.setAttribute("aria-label", texts.title);
   el.replaceChildren(
-    htmlElement("div", { class: "rs-icons" }, parts.link, parts.reset),
-    predictionOf(el, texts.question), parts.stage, row(isMain), parts.caption, parts.spoken, parts.more,
+    predictionOf(el, texts.question), parts.stage, row(isMain), parts.caption, parts.spoken,
+    htmlElement("div", { class: "rs-icons" }, parts.link, parts.reset), parts.more,
   );
   return parts;
 }

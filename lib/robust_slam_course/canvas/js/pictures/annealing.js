@@ -174,14 +174,16 @@ function drawPath(scene, box, result, change) {
   return maps;
 }
 
-function annealingCaption({ state, result: { step, last, x, before, weights, minima, stop } }) {
+function annealingCaption({ state, result: { step, last, x, before, weights, minima, stop, history } }) {
   const place = (at) => numberText(Number(at.toFixed(2)));
-  if (!step) return `Least squares gives all ${state.z.length} readings the same weight and puts the estimate at ${place(x)}.`;
+  if (!step) return `Least squares gives all ${state.z.length} readings the same weight and puts the estimate at ${place(x)}; ${last} solves follow.`;
   if (stop === "nothing to reject") return "No residual is large enough: least squares is the answer.";
   const rejected = weights.filter((w) => w <= 0.5).length;
   const kept = state.z.length - rejected;
-  if (step === last && kept) return `The run ends at ${place(x)} after ${last} solves and keeps ${kept} of ${state.z.length} readings.`;
-  if (step === last) return `The run ends at ${place(x)} after ${last} solves and has rejected every reading.`;
+  if (step === last) {
+    return `From the mean, ${place(history[0].x)}, the run goes to ${place(x)} in ${last} solves and `
+      + `${kept ? `keeps ${kept} of ${state.z.length} readings` : "has rejected every reading"}.`;
+  }
   const valleys = minima[step].length === 1 ? "one minimum" : `${minima[step].length} minima`;
   return `Solve ${step} moves the estimate from ${place(before)} to ${place(x)} and weighs ${rejected} of`
     + ` ${state.z.length} readings less than half. The cost has ${valleys}.`;

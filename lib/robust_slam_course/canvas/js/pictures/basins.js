@@ -6,12 +6,12 @@ import { numberText, putAxes, putPath } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
+import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
 
 /** The cost of two groups of readings, a descent on it, and where descents from tried starts end. */
 export function render(context) {
-  const trace = { key: null, ends: new Map() };
   return livePicture(context, {
-    layers: ["areas", "grid", "lines", "marks"],
+    layers: ["grid", "lines", "marks"],
     controls: [
       {
         kind: "slider", name: "sigma", label: "σ", min: 0.3, max: 3, step: 0.1,
@@ -21,7 +21,7 @@ export function render(context) {
     ],
     main: ["sigma"],
     clean: cleanBasins,
-    solve: (state, data) => solveBasins(state, data, trace),
+    solve: solveBasins,
     moving: (result) => result.cost,
     draw: drawBasins,
     caption: basinsCaption,
@@ -35,19 +35,33 @@ const LANDSCAPE_KERNELS = [
 const BASIN_SPAN = [-4, 14];
 const BASIN_PLACES = 181;
 const BASIN_STEP = (BASIN_SPAN[1] - BASIN_SPAN[0]) / (BASIN_PLACES - 1);
-const CELL = 2; // places to either side of a start that is tried, which its mark covers
+const TRIED = 90; // cells of the ribbon
 
+/** The nearest possible state, in which the start is tried: the ribbon is of one cost. */
 function cleanBasins(state, data) {
   const z = data.z.map((given, k) => boundedNumber(state.z[k], BASIN_SPAN, given, 1));
-  return { ...state, z, start: boundedNumber(state.start, BASIN_SPAN, 8, 2) };
+  const next = { ...state, z, start: boundedNumber(state.start, BASIN_SPAN, 8, 2) };
+  const at = Math.min(TRIED - 1, Math.floor((TRIED * (next.start - BASIN_SPAN[0])) / (BASIN_SPAN[1] - BASIN_SPAN[0])));
+  const [key, letter] = [costKey(next), letterOf(endOf(z, descentFrom(next, data)) !== "first")];
+  return { ...next, tried: { ...state.tried, [key]: painted(state.tried[key], TRIED, at, letter) } };
+}
+
+function costKey({ z, sigma, kernel }) {
+  return `${kernel} ${sigma} ${z}`;
+}
+
+function descentFrom({ z, sigma, kernel, start }, { times, c }) {
+  const all = z.flatMap((reading, k) => Array(times[k]).fill(reading));
+  return irls(locationProblem(all, sigma), kernel, c, start, { maxIterations: 1000 });
 }
 
 function basinPlace(k) {
   return BASIN_SPAN[0] + BASIN_STEP * k;
 }
 
-/** Which group of readings `x` is near, or that it is between the two. */
-function nearGroup([first, second], x) {
+/** Which group of readings a descent ends near, that it ends between the two, or stays where it is. */
+function endOf([first, second], { x, stop }) {
+  if (stop === "all rejected") return "stays";
   const share = first === second ? 0 : (x - first) / (second - first);
   if (share < 0.46) return "first";
   return share > 0.54 ? "second" : "between";
@@ -55,20 +69,14 @@ function nearGroup([first, second], x) {
 
 const LOOK_OF = { first: "is-inlier", second: "is-outlier", between: "is-estimate", stays: "is-muted" };
 
-function solveBasins(state, { times, c }, trace) {
-  const { z, sigma, kernel, start } = state;
-  const all = z.flatMap((reading, k) => Array(times[k]).fill(reading));
-  const run = irls(locationProblem(all, sigma), kernel, c, start, { maxIterations: 1000 });
+function solveBasins(state, data) {
+  const { z, sigma, kernel } = state;
+  const { times, c } = data;
+  const run = descentFrom(state, data);
   const sampled = sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), BASIN_SPAN, BASIN_PLACES, times);
   const [least, most] = [Math.min(...sampled), Math.max(...sampled)];
-  // The trace is of one cost: with another it begins anew.
-  const key = JSON.stringify([z, sigma, kernel]);
-  if (trace.key !== key) Object.assign(trace, { key, ends: new Map() });
-  const end = run.stop === "all rejected" ? "stays" : nearGroup(z, run.x);
-  const at = Math.round((start - BASIN_SPAN[0]) / BASIN_STEP);
-  for (let k = at - CELL; k <= at + CELL; k += 1) if (k === at || !trace.ends.has(k)) trace.ends.set(k, end);
   return {
-    run, end, times, tried: [...trace.ends], count: all.length,
+    run, times, end: endOf(z, run), count: times[0] + times[1],
     kept: run.weights.reduce((sum, weight) => sum + weight, 0),
     cost: sampled.map((value) => (value - least) / Math.max(most - least, 1e-9)),
   };
@@ -86,7 +94,7 @@ function drawBasins(scene, { state, result, shown, width, height, change }) {
   const panels = basinPanels(width, height);
   const maps = drawLandscape(scene, panels.upper, state, result, shown, change);
   drawGroups(scene, panels.readings, maps, state, result, change);
-  drawBand(scene, panels.band, maps, result);
+  drawBand(scene, panels.band, maps, state);
 }
 
 function drawLandscape(scene, box, state, result, cost, change) {
@@ -146,17 +154,10 @@ function drawGroups(scene, y, maps, state, result, change) {
   });
 }
 
-/** The starts that were tried, in the colour of the readings near which they end. */
-function drawBand(scene, { y, height }, maps, { tried }) {
-  scene.text("marks", "band-head", maps.inner.x, y - 8, "Starts that you tried, by where they end", "rs-head");
-  const { x, width } = maps.inner;
-  scene.path("areas", "band-box", "is-grid", `M${x} ${y}h${width}v${height}h${-width}Z`, 1);
-  const edge = (k) => Math.min(x + width, Math.max(x, maps.toX(basinPlace(k)))).toFixed(1);
-  for (const [kind, look] of Object.entries(LOOK_OF)) {
-    const cells = tried.filter(([, end]) => end === kind)
-      .map(([k]) => `M${edge(k - 0.5)} ${y}H${edge(k + 0.55)}v${height}H${edge(k - 0.5)}Z`);
-    scene.path("areas", `band-${kind}`, `rs-area ${look}`, cells.join(""));
-  }
+/** The starts that were tried, green where they end at the first readings. */
+function drawBand(scene, { y, height }, { inner: { x, width } }, state) {
+  scene.text("marks", "band-head", x, y - 8, "Starts that you tried; orange: lost", "rs-head");
+  putRibbon(scene, "marks", "tried", { x, y, width, height }, state.tried[costKey(state)]);
 }
 
 /** A place or a cost with two decimals at most. */

@@ -72,8 +72,9 @@ function drawAttack(scene, { state, result, shown, width, height, data, change }
     scene.path("wrong", `wrong-${k}`, `rs-edge ${kept}`, pathThrough([from, to]), 2.5);
     scene.path("wrong", `offset-${k}`, "is-accent", pathThrough([to, there]), 2);
   }
-  const move = ([ends]) => ends[0] < ends[1] && change({ ends });
-  putClosureHandles(scene, map, truth, [state.ends], move, { noun: "Outlier", removable: false });
+  putClosureHandles(scene, map, truth, [state.ends], ([ends]) => change({ ends }), {
+    noun: "Outlier", removable: false, last: truth.length / 3 - state.count,
+  });
   putOffset(scene, map, claimed, state, data.reach, change);
 }
 
@@ -99,8 +100,9 @@ function attackCaption({ state, result: { fooled, bent }, data }) {
   const told = (count, far) => `${count} ${count === 1 ? "outlier" : "outliers"} with an offset of ${far.toFixed(2)}\u00a0m`;
   const mine = told(state.count, Math.hypot(...state.offset));
   const does = `${mine} ${state.count === 1 ? "bends" : "bend"} the map by ${bent.toFixed(2)}\u00a0m`;
-  if (!fooled) return `Not fooled: ${does}, and it takes more than ${data.bound}\u00a0m.`;
+  const score = `Score: ${scoreOf(state)}`;
+  if (!fooled) return `Not fooled: ${does}, and it takes more than ${data.bound}\u00a0m. ${score}`;
   // What is possible is told once the reader has fooled the solver.
   const best = told(...(data.best[`${state.town}:${state.solver}`] ?? [state.count, Math.hypot(...state.offset)]));
-  return `Fooled: ${does}. ${best === mine ? "No attack does it with less" : `The best attack has ${best}`}. Score: ${scoreOf(state)}`;
+  return `Fooled: ${does}. ${best === mine ? "No attack does it with less" : `The best attack has ${best}`}. ${score}`;
 }

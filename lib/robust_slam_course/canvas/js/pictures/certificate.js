@@ -30,7 +30,7 @@ export function render(context) {
   };
   return livePicture(context, {
     layers: ["areas", "grid", "lines", "marks"],
-    controls: (main === "alpha" ? ["alpha", "ring", "go"] : ["go", "twist"]).map((name) => all[name]),
+    controls: (main === "alpha" ? ["alpha", "ring"] : ["go", "twist"]).map((name) => all[name]),
     main: [main],
     clean: cleanCertificate,
     solve: solveCertificate,

@@ -101,7 +101,7 @@ function drawClosureMap(scene, { state, result, shown, data, change }, box) {
   const name = state.count > 1 ? `1–${state.count}` : "1";
   scene.text("words", "name", x - 13, y + 20, name, "rs-head rs-halo", "end");
   putClosureHandles(scene, map, data.truth, [state.group], ([group]) => change({ group }), {
-    noun: "Wrong closures", removable: false,
+    noun: "Wrong closures", removable: false, last: data.truth.length / 3 - state.count,
   });
 }
 
@@ -140,11 +140,12 @@ function drawAgreement(scene, { adjacency, isMember, correct }, box) {
   }
 }
 
-function consistencyCaption({ state, result: { used, correct } }) {
+function consistencyCaption({ state, result: { used, correct, off } }) {
   const kept = (from, to) => used.slice(from, to).filter(Boolean).length;
   const [right, wrong] = [kept(0, correct), kept(correct)];
   const [keep, lets] = state.map === "pcm" ? ["PCM keeps", "lets"] : ["Switches keep", "let"];
-  if (!wrong) return `${keep} ${right} of the ${correct} inliers and ${lets} no outlier in.`;
-  return right ? `${keep} ${wrong} of ${used.length - correct} outliers beside ${right} of the ${correct} inliers.`
-    : `The outliers win: ${keep} ${wrong} of them and no inlier.`;
+  const map = `The map is ${off.toFixed(2)}\u00a0m off.`;
+  if (!wrong) return `${keep} ${right} of the ${correct} inliers and ${lets} no outlier in. ${map}`;
+  return right ? `${keep} ${wrong} of ${used.length - correct} outliers beside ${right} of the ${correct} inliers. ${map}`
+    : `The outliers win: ${keep} ${wrong} of them and no inlier. ${map}`;
 }

@@ -97,7 +97,7 @@ function drawCycles(scene, { result, state, shown, width, height, data, change }
   scene.text("strip", "key", 2, 14, "dotted: true path; colour: u", "rs-tick");
   putStrip(scene, "strip", "norms", right, residualGroups(result), {
     domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u",
-    line: { value: CHI_99_SE2, text: "dashed: 99 % of inliers" }, dots: true,
+    line: { value: CHI_99_SE2, text: "99 % of inliers" },
   });
   putClosureHandles(scene, map, truth, [state.wrong], ([wrong]) => change({ wrong }), {
     noun: "Wrong closure", removable: false,

@@ -139,7 +139,7 @@ function drawTimes(scene, { x, y, width, height }, { state, result, data }) {
   const toX = (pose) => x + name + ((width - name - 6) * pose) / (data.last + 1);
   const step = Math.min(30, (height - 60) / Math.max(order.length, 1));
   const low = y + 26 + step * order.length;
-  scene.text("words", "times", x, y + 15, "Kept by the map, over time", "rs-head");
+  scene.text("words", "times", x, y + 15, "Kept, over time", "rs-head");
   order.forEach((closure, k) => {
     const { ends, isOutlier, told, spans } = closure;
     if (told > state.pose) return;
@@ -161,7 +161,7 @@ function growingCaption({ state, result, data }) {
   const { outlier, outside, seen } = result;
   const spans = outlier.spans.filter(([from]) => from <= state.pose);
   const end = spans.at(-1)?.[1];
-  const fate = state.pose < outlier.told ? "has not met the outlier yet"
+  const fate = state.pose < outlier.told ? `has not met the outlier yet, which arrives at pose ${outlier.told}`
     : !spans.length ? "rejected the outlier on arrival"
       : end > state.pose ? `has trusted the outlier since pose ${Math.max(spans.at(-1)[0], outlier.told)}`
         : `withdrew the outlier at pose ${end}`;

@@ -88,7 +88,7 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
 function openingCaption({ state, result, data }) {
   const count = state.joined ? state.wrong.length : 0;
   const off = `the farthest pose is ${result.farthest.toFixed(1)}\u00a0m from its true place`;
-  if (!count) return `The dashed closure does not take part yet: ${off}.`;
+  if (!count) return `The dashed closure does not take part yet${state.robust ? " in what GNC sees" : ""}: ${off}.`;
   const wrong = count === 1 ? "the wrong closure" : `${count} wrong closures`;
   if (!state.robust) return `Least squares trusts ${wrong}: ${off}.`;
   const kept = state.wrong.filter((_, k) => result.weights[data.edges.length + k] > 0.5).length;
