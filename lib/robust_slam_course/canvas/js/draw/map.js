@@ -107,10 +107,10 @@ export function putClosureHandles(scene, map, poses, closures, edit, {
       )),
       step: (right, up) => {
         const steps = right || up;
-        let pose = here + steps;
-        // Past the other end, on to the first pose on its far side.
-        if (Math.abs(pose - there) < gap) pose = there + Math.sign(steps) * gap;
-        move(Math.min(last, Math.max(0, pose)));
+        const to = Math.min(last, Math.max(0, here + steps));
+        // Past the other end, on to the first pose on its far side, or where there is none, on this side.
+        const [far, near] = [there + Math.sign(steps) * gap, there - Math.sign(steps) * gap];
+        move(Math.abs(to - there) >= gap ? to : far >= 0 && far <= last ? far : near);
       },
       remove: removable ? () => edit(closures.filter((_, k) => k !== number)) : undefined,
     });
