@@ -127,7 +127,7 @@ def solve(
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
         tell("slips of the odometry are looked for")
-        search, best = find_slips(search, best)
+        search, best, doubted = find_slips(search, best)
         candidates.extend([best] if np.any(search.slips) else [])
         best = search.refined(best)
         tell("rivals are looked for")
@@ -138,7 +138,7 @@ def solve(
                 found = list(contests(search, best))
         search, best, found = unbeaten(search, best, found)
         candidates.extend([best] if best.name == "rival" else [])
-        judgement = judge_support(search, best, found)
+        judgement = judge_support(search, best, found, doubted)
         if until.passed:
             best = replace(best, stop=StopReason.TIME_LIMIT)
             judgement = replace(judgement, support=Support.WEAK, rival=None)

@@ -211,10 +211,12 @@ class Answer:
         if self.rival is None:
             return []
         edges = np.flatnonzero(self.rival & ~self.kept)
+        slips = np.flatnonzero(self.graph.is_odometry & ~self.rival)
+        slipped = f" if the odometry slipped at {self._named(slips, names)}" * bool(slips.size)
         return [
             f"{counted(edges.size, 'rejected closure')} would give another map of comparable "
-            f"evidence: {self._named(edges, names)}. Only other measurements can tell which is "
-            "right."
+            f"evidence{slipped}: {self._named(edges, names)}. Only other measurements can tell "
+            "which is right."
         ]
 
     def _misfit_notes(self, names: ArrayLike | None) -> list[str]:
@@ -231,8 +233,8 @@ class Answer:
             across = int(np.sum(self.kept & ~tree & (ends[:, 0] != ends[:, 1]))) - 1
             lines.append(
                 f"The odometry at {self._named(np.array([step]), names)} is off{size} by more "
-                f"than its noise explains, as {counted(across, 'closure')} across it show: it may "
-                "have slipped there or nearby, which bends the map."
+                f"than its noise explains, as {counted(across, 'closure')} across it show"
+                + (_BENDS if self.misfit.bent else _HARMLESS)
             )
         if closures.size:
             lines.append(
@@ -296,6 +298,10 @@ class Answer:
         if self.late:
             return ["The time limit ended the computation: the map is the best one until then."]
         return []
+
+
+_BENDS = ": it may have slipped there or nearby, which bends the map."
+_HARMLESS = "; without it no pose would be elsewhere by more than closures tolerate."
 
 
 def _parts(ids: NDArray[Any], poses: Indices) -> str:

@@ -88,14 +88,19 @@ class Fitted:
         It is the longest move, relative to that of the measurement.
         """
         d = self.graph.group.DIMENSION
-        units = np.zeros((edges.size, d, *self.residuals.shape))
-        for axis in range(d):
-            units[np.arange(edges.size), axis, edges] = self.root[edges, :, axis]
+        moves = (self.moved(edges, self.root[edges, :, axis])[..., :d] for axis in range(d))
+        return np.asarray(np.max([np.linalg.norm(each, axis=2) for each in moves], axis=0))
+
+    def moved(self, edges: Indices, whitened: Array) -> Array:
+        """Return how the poses move with ``whitened`` noise ``(k, D)`` of one edge, ``(k, n, D)``.
+
+        It is a perturbation on the right for each of the ``edges`` ``(k,)``.
+        """
+        noise = np.zeros((edges.size, *self.residuals.shape))
+        noise[np.arange(edges.size), edges] = whitened
         factors = self._factors(self.graph.information)
         assert factors is not None
-        moved = factors.solve(self._pulled(units.reshape(-1, *self.residuals.shape)))[:, :d]
-        longest = np.linalg.norm(moved.reshape(self.graph.n, d, -1, d), axis=1).max(axis=2)
-        return np.asarray(longest.T)
+        return np.asarray(np.moveaxis(factors.solve(self._pulled(noise)), -1, 0))
 
     def log_determinant(self, information: Array) -> float:
         """Return log det JᵀJ with another ``information`` ``(m, D, D)``, or infinity."""

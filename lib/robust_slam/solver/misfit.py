@@ -11,17 +11,21 @@ measurement by what the others leave of it; the sign of closures is derived here
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import bdtrc, chdtrc
 
 from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.graphs.group import group_of
+from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
 from robust_slam.solver.fitted import Fitted, relative_squares
 
 _WORST = 8
 """What noise leaves is computed of so many steps, which are off by most beside a rough guess."""
+_BENT = 2.0
+"""A step bends the map where a pose moves by so many times what closures tolerate."""
 _CLOSE = 10.0
 """Closures within so many thresholds are close, and counted beside those within its square."""
 
@@ -30,12 +34,14 @@ _CLOSE = 10.0
 class Misfit:
     """What does not fit: a ``step`` of the odometry, or None, and rejected ``closures``.
 
-    By what the others measure, the step is ``off`` by so many m and rad, or NaN.
+    By what the others measure, the step is ``off`` by so many m and rad, or NaN. The map is
+    ``bent`` if a pose would be elsewhere without it by more than what closures tolerate.
     """
 
     step: int | None
     closures: Indices
     off: tuple[float, float] = (np.nan, np.nan)
+    bent: bool = True
 
     def __bool__(self) -> bool:
         return self.step is not None or self.closures.size > 0
@@ -54,30 +60,48 @@ def find_misfit(
     up to the ``threshold``.
     """
     norms = residual_norms(graph, poses) / threshold
-    step, off = _slipped(graph, poses, kept, level)
-    return Misfit(step, _close(norms, ~kept & ~trusted, level), off)
+    close = _close(norms, ~kept & ~trusted, level)
+    return replace(_slipped(graph, poses, kept, threshold, level), closures=close)
 
 
-def _slipped(
-    graph: PoseGraph, poses: Array, kept: Mask, level: float
-) -> tuple[int | None, tuple[float, float]]:
-    """Return the step that is off by most beside what noise leaves of it, and by how much."""
+def _slipped(graph: PoseGraph, poses: Array, kept: Mask, threshold: float, level: float) -> Misfit:
+    """Return the step that noise leaves least of, or which bends the map most, and by how much."""
     fit, count = Fitted.of(graph, poses, kept), int(np.sum(kept & graph.is_odometry))
     taken = fit.taken_up(fit.residuals[None])
     if taken is None or not count:
-        return None, NOTHING.off
+        return NOTHING
     left, rough = fit.residuals - taken[0], fit.roughly_left(np.arange(len(fit.residuals)))
     squares = np.where(fit.graph.is_odometry, relative_squares(left, rough), 0.0)
     worst = np.argsort(-squares, kind="stable")[:_WORST]
     spread = fit.left(worst)
     chance = chdtrc(graph.group.DOF, relative_squares(left[worst], spread))
-    first = int(np.argmin(chance))
-    if chance[first] * count >= level:
-        return None, NOTHING.off
-    step, d = worst[first], graph.group.DIMENSION
-    error = np.linalg.solve(spread[first] @ fit.root[step], left[step])
+    rare = chance * count < level
+    if not np.any(rare):
+        return NOTHING
+    worst, spread, chance = worst[rare], spread[rare], chance[rare]
+    noise = np.linalg.solve(spread, left[worst][..., None])[..., 0]
+    bends = [_bend(poses, graph.group.exp(each)) for each in fit.moved(worst, noise)]
+    bent = max(bends) > _BENT * _tolerated(graph, threshold)
+    most, d = int(np.argmax(bends if bent else -chance)), graph.group.DIMENSION
+    error = np.linalg.solve(fit.root[worst[most]], noise[most])
     off = float(np.linalg.norm(error[:d])), float(np.linalg.norm(error[d:]))
-    return int(np.flatnonzero(kept)[step]), off
+    return replace(NOTHING, step=int(np.flatnonzero(kept)[worst[most]]), off=off, bent=bent)
+
+
+def _bend(poses: Array, moved: Array) -> float:
+    """Return how far (m) a pose is elsewhere in the map of ``moved`` poses ``(n, …)``."""
+    group = group_of(poses)
+    other = align(group.compose(poses, moved), poses)
+    return float(np.linalg.norm(group.translation(other) - group.translation(poses), axis=1).max())
+
+
+def _tolerated(graph: PoseGraph, threshold: float) -> float:
+    """Return how far (m) closures may be off that are kept up to the ``threshold``."""
+    if np.all(graph.is_odometry):
+        return 0.0
+    d = graph.group.DIMENSION
+    spread = np.linalg.inv(graph.information[~graph.is_odometry])[:, :d, :d]
+    return threshold * float(np.sqrt(np.median(np.trace(spread, axis1=1, axis2=2)) / d))
 
 
 def _close(norms: Array, rejected: Mask, level: float) -> Indices:

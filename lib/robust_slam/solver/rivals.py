@@ -81,7 +81,7 @@ def compared(search: Search, best: Candidate, closures: Indices) -> tuple[Array,
     agree with one at most.
     """
     graph = rescaled(search.graph, best.found)
-    whole, every = _as_mapped(graph, best), np.arange(best.kept.size)
+    whole, every = as_mapped(graph, best), np.arange(best.kept.size)
     fewest = find_forest(whole, best.kept, np.ones(best.kept.size), np.array([graph.n // 2]))
     trees = (
         replace(whole, is_odometry=np.isin(every, fewest.edge)),
@@ -96,6 +96,18 @@ def compared(search: Search, best: Candidate, closures: Indices) -> tuple[Array,
     return far[:, 0], agree.sum(axis=2).max(axis=(1, 2), initial=0)
 
 
+def largest(far: Array, chance: Indices, threshold: float) -> Array | None:
+    """Return how far closures ``(k,)`` are from that which most agree with, beyond chance.
+
+    The distances ``far`` ``(t, k, k)`` and the counts by ``chance`` ``(t,)`` are of ``compared``.
+    It is None where no more agree.
+    """
+    more = np.sum(far <= threshold, axis=1) - np.maximum(_MORE * chance, _LEAST - 1)[:, None]
+    if more.max(initial=0.0) <= 0.0:
+        return None
+    return np.asarray(far[np.unravel_index(np.argmax(more), more.shape)])
+
+
 def _by_chance(
     graph: PoseGraph, poses: Array, closures: Indices, rng: np.random.Generator
 ) -> PoseGraph:
@@ -106,7 +118,7 @@ def _by_chance(
     return replace(graph, measurement=measurement)
 
 
-def _as_mapped(graph: PoseGraph, best: Candidate) -> PoseGraph:
+def as_mapped(graph: PoseGraph, best: Candidate) -> PoseGraph:
     """Return the graph whose kept edges measure what they do in the map."""
     measurement = graph.measurement.copy()
     measurement[best.kept] = relative_poses(graph, best.poses)[best.kept]
@@ -154,34 +166,45 @@ def unbeaten(
 
 
 def contests(search: Search, best: Candidate) -> Iterator[Contest]:
-    """Yield a contest for each group of closures that ``best`` rejects and that agree.
+    """Yield a contest with each of the ``rivals`` of the map."""
+    free = _free(search, best)
+    for rival in rivals(search, best):
+        for_rival = _beyond(free, rival, best)
+        for_map = _beyond(free, best, rival) if for_rival > 0.0 else np.inf
+        yield Contest(rival, for_rival, for_map)
+
+
+def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
+    """Yield a map for each group of closures that ``best`` rejects and that agree.
 
     The middle of a group is trusted, GNC finds what else agrees with it, and truncated least
     squares decides freely from there, with the noise of the map.
     """
-    graph, odometry = rescaled(search.graph, best.found), search.graph.is_odometry
-    if np.sum(~best.kept & ~odometry) < _LEAST:
+    if np.sum(~best.kept & ~search.graph.is_odometry) < _LEAST:
         return
-    free = replace(search, graph=graph, trusted=odometry, learns=False)
+    free = _free(search, best)
     left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
     far, chance = compared(search, best, left)
     for _ in range(_TRIED):
-        agree = far <= search.threshold
-        more = agree.sum(axis=1) - np.maximum(_MORE * chance, _LEAST - 1)[:, None]
-        if search.deadline.passed or more.max(initial=0.0) <= 0.0:
+        near = largest(far, chance, search.threshold)
+        if near is None or search.deadline.passed:
             return
-        tree, middle = np.unravel_index(np.argmax(more), more.shape)
-        group = left[agree[tree, middle]]
-        seed = left[np.argsort(far[tree, middle], kind="stable")[:_LEAST]]
+        group = left[near <= search.threshold]
+        seed = left[np.argsort(near, kind="stable")[:_LEAST]]
         tried = np.isin(left, seed)
         with suppress(ValueError):
-            poses = _forced(free, best, seed, group)
-            rival = free.settle("rival", poses, np.ones(4))
+            rival = free.settle("rival", _forced(free, best, seed, group), np.ones(4))
+            if np.all(rival.kept[group]):
+                tried |= rival.kept[left]
             if np.any(rival.kept[left]):
-                contest = _compared(free, best, rival)
-                tried |= rival.kept[left] & (contest.for_rival > 0.0)
-                yield contest
+                yield rival
         left, far = left[~tried], far[:, ~tried][:, :, ~tried]
+
+
+def _free(search: Search, best: Candidate) -> Search:
+    """Return the search with the noise of the map, where the odometry alone is trusted."""
+    graph = rescaled(search.graph, best.found)
+    return replace(search, graph=graph, trusted=graph.is_odometry, learns=False)
 
 
 def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Array:
@@ -194,11 +217,11 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
     used[group] = trusted[seed] = True
     length = np.where(free.graph.is_odometry, 1.0, float(n) ** 2)
     length[seed] = n
-    whole = _as_mapped(free.graph, best)
+    whole = as_mapped(free.graph, best)
     poses = poses_along(whole, find_forest(whole, used, length, np.zeros(1, dtype=np.intp)))
     problem = Sparing(select(free.graph, used), poses, trusted[used], steps=1)
     first = trusted | (best.kept & ~_against(free, best, seed))
-    poses = _at_rest(problem, first[used], poses)
+    poses = at_rest(problem, first[used], poses)
     return gnc(problem, free.threshold, "tls", poses, tol=TOL, max_seconds=free.deadline.left).x
 
 
@@ -221,11 +244,6 @@ def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
     ranked = crossing(seed) * (2 * kept.size + 1) - against
     cut = cuts[np.argmax(ranked)]
     return np.asarray(kept & (low < cut) & (high >= cut))
-
-
-def _compared(free: Search, best: Candidate, rival: Candidate) -> Contest:
-    for_rival = _beyond(free, rival, best)
-    return Contest(rival, for_rival, _beyond(free, best, rival) if for_rival > 0.0 else np.inf)
 
 
 def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
@@ -262,10 +280,10 @@ def _rejected(free: Search, poses: Array) -> Mask:
 
 
 def _minimum(search: Search, kept: Mask, poses: Array) -> Array:
-    return _at_rest(search.problem(search.graph), kept, poses)
+    return at_rest(search.problem(search.graph), kept, poses)
 
 
-def _at_rest(problem: PoseGraphProblem, used: Mask, poses: Array) -> Array:
+def at_rest(problem: PoseGraphProblem, used: Mask, poses: Array) -> Array:
     """Return the poses where Gauss-Newton steps change the ``used`` edges' cost hardly."""
     cost = np.inf
     for _ in range(_STEPS):

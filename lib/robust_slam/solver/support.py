@@ -32,8 +32,8 @@ class Support(Enum):
     - UNIQUE: no rival is comparable, and no part of the map rests on one place.
     - AMBIGUOUS: rejected closures that agree explain what is contested nearly as well.
     - WEAK: a part rests on one place, or odometry alone explains the measurements about as well,
-      or it slipped, or noise does not explain what the map leaves, or no closure is kept, or the
-      time did not suffice to look for a rival.
+      or it slipped, or a step bends the map, or rejected closures are close to it, or no closure
+      is kept, or the time did not suffice to look for a rival.
     """
 
     UNIQUE = "unique"
@@ -62,19 +62,27 @@ class Judgement:
     lone: tuple[Lone, ...] = ()
 
 
-def judge_support(search: Search, best: Candidate, contests: Sequence[Contest]) -> Judgement:
-    """Return the support of the map ``best`` of a ``search``, which is refined."""
+def judge_support(
+    search: Search,
+    best: Candidate,
+    contests: Sequence[Contest],
+    doubted: Candidate | None = None,
+) -> Judgement:
+    """Return the support of the map ``best`` of a ``search``, which is refined.
+
+    A map with a slip that may be ``doubted`` is a rival too.
+    """
     if np.any(search.slips) or not np.any(best.kept & ~search.trusted):
         return Judgement(Support.WEAK)
     if best.evidence < _DECISIVE and not _borne_out(search, best):
         return Judgement(Support.WEAK)
-    rivals = comparable(contests)
+    rivals = comparable(contests) + ([] if doubted is None else [doubted])
     if rivals:
         return Judgement(Support.AMBIGUOUS, rivals[0].kept)
     if search.deadline.passed:
         return Judgement(Support.WEAK)
     misfit, lone = misfit_of(search, best), lone_places(search, best)
-    weak = bool(misfit) or bool(lone)
+    weak = bool(misfit and (misfit.bent or misfit.closures.size)) or bool(lone)
     return Judgement(Support.WEAK if weak else Support.UNIQUE, misfit=misfit, lone=lone)
 
 

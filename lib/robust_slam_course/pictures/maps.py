@@ -112,7 +112,7 @@ def showcase() -> Picture:
     return _dragged(
         "showcase",
         "Nine wrong closures that agree",
-        "Drag the diamond: from where do the nine bend GNC’s map?",
+        "Drag the diamond: from where do nine wrong closures bend GNC’s map?",
         {
             "nowhere": f"This is no vote against ten correct ones: from {lost} of {places} places"
             " the nine win.",

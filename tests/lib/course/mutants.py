@@ -33,9 +33,9 @@ a closure against the direction of travel, seen by pcm, in consistency.js
 a fit that is not leaning, seen by loop:lines, in location.js
 - const height = weightedMean(weights, y);
 + const height = weightedMean(p, y);
-a multiplier that is not symmetric, seen by headings, in certificate.js
-- blocks[4 * i + 2] = blocks[4 * i + 1];
-+ blocks[4 * i + 2] = -blocks[4 * i + 1];
+a multiplier of the next heading, seen by headings, in certificate.js
+- multipliers[c >> 1];
++ multipliers[(c + 2) % width >> 1];
 a transposed measurement, seen by headings, in certificate.js
 - const [cosine, sine] = [Math.cos(turns[k]), Math.sin(turns[k])];
 + const [cosine, sine] = [Math.cos(turns[k]), -Math.sin(turns[k])];

@@ -75,7 +75,7 @@ const SOLVERS = {
   },
   headings: ({ n, edges, turns, R }) => {
     const Q = page.connectionMatrix(n, edges, turns);
-    return { Q, ...page.certify(Q, Float64Array.from(R), 2) };
+    return { Q, ...page.certify(Q, Float64Array.from(R)) };
   },
   rings: ({ angles, alpha }) => ({
     headings: page.relaxedHeadings(angles, alpha).map((angle) => [0, 0, angle]),

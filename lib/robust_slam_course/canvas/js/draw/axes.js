@@ -1,3 +1,4 @@
+import { numberText } from "./number.js";
 import { pathThrough, setAttributes } from "./scene.js";
 
 /** About `count` round numbers that cover `[low, high]`. */
@@ -10,12 +11,6 @@ export function roundTicks(low, high, count = 5) {
     ticks.push(Number((k * step).toPrecision(12)));
   }
   return ticks;
-}
-
-/** A number as a reader's text: at most `digits` significant digits, with a real minus sign. */
-export function numberText(value, digits = 3) {
-  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
-  return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
 /**

@@ -15,7 +15,8 @@ export function htmlElement(name, attributes = {}, ...children) {
  * reader chose. Returns `{element, show(state, result)}`, which brings the control up to date.
  *
  * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,
- * options [[value, text], …]), `words` (as `choice`, all in sight), `toggle` (name, label), `button` (label, does(state, result) →
+ * options [[value, text], …]), `words` (as `choice`, all in sight), `toggle` (name, label), `button`
+ * (label, does(state, result) →
  * partial) and `player` (name, label, count(state, result), text(value, result), beat), a slider over
  * steps that can play, one in so many ms.
  */
@@ -66,10 +67,12 @@ function choice(spec, change) {
 }
 
 function words(spec, change) {
-  const buttons = spec.options.map(([value, text]) => htmlElement("button", { type: "button", value, "data-control": text }, text));
-  const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...buttons);
+  const options = spec.options.map(([value, text]) => (
+    htmlElement("button", { value, type: "button", "data-control": text }, text)));
+  const element = htmlElement("span", { class: "rs-player", role: "group", "aria-label": spec.label }, ...options);
   element.addEventListener("click", ({ target }) => target.value && change({ [spec.name]: target.value }));
-  const show = (state) => buttons.forEach((one) => { one.ariaPressed = one.value === state[spec.name]; });
+  const show = (state) => options.forEach((option) => (
+    option.setAttribute("aria-pressed", String(option.value === state[spec.name]))));
   return { element, show };
 }
 

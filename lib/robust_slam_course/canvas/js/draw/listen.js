@@ -1,4 +1,4 @@
-import { numberText } from "./axes.js";
+import { numberText } from "./number.js";
 import { htmlElement, makeControl } from "./controls.js";
 import { putEdge } from "./map.js";
 import { REST, livePicture } from "./picture.js";

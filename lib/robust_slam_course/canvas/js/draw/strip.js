@@ -1,4 +1,4 @@
-import { numberText } from "./axes.js";
+import { numberText } from "./number.js";
 import { sideBySide } from "./stage.js";
 
 const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 28, 40, 4, 14, 34];

@@ -1,6 +1,7 @@
 import { certify, connectionMatrix, headingsRow, quadraticCost } from "../solve/certificate.js";
 import { pulledRing } from "../solve/ring.js";
-import { numberText, putAxes, putPath } from "../draw/axes.js";
+import { putAxes, putPath } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";
@@ -61,10 +62,10 @@ function solveCertificate({ ring, alpha, twisted, held, turn, far }) {
   const row = headingsRow(headings);
   const around = edges.reduce((sum, [i, j]) => sum + wrapped(headings[j] - headings[i]), 0);
   return {
-    ...certify(Q, row, 2), headings, winding: Math.round(around / (2 * Math.PI)),
-    trace: steps.map((step) => [(step.turn * 180) / Math.PI, quadraticCost(Q, headingsRow(step.headings), 2)]),
+    ...certify(Q, row), headings, winding: Math.round(around / (2 * Math.PI)),
+    trace: steps.map((step) => [(step.turn * 180) / Math.PI, quadraticCost(Q, headingsRow(step.headings))]),
     arrows: headings.flatMap((angle) => [Math.cos(angle), Math.sin(angle)]),
-    misfits: edges.map((edge) => quadraticCost(connectionMatrix(n, [edge], [inRadians(alpha)]), row, 2)),
+    misfits: edges.map((edge) => quadraticCost(connectionMatrix(n, [edge], [inRadians(alpha)]), row)),
   };
 }
 
@@ -87,12 +88,14 @@ function drawCertificate(scene, { state, result, shown, width, height, data, cha
   const wide = width >= WIDE;
   const size = wide ? Math.min(height, 0.52 * width) : 0.56 * height;
   const n = result.headings.length;
-  drawRing(scene, { x: wide ? 0 : (width - size) / 2, y: wide ? (height - size) / 2 : 0, size }, state, result, shown.subarray(0, 2 * n), change);
-  const side = wide ? { x: size + 10, y: 0, width: width - size - 10, height } : { x: 0, y: size, width, height: height - size };
+  const corner = wide ? { x: 0, y: (height - size) / 2 } : { x: (width - size) / 2, y: 0 };
+  drawRing(scene, { ...corner, size }, state, result, shown.subarray(0, 2 * n), change);
+  const side = wide ? { x: size + 10, y: 0, width: width - size - 10, height }
+    : { x: 0, y: size, width, height: height - size };
   const [trace, spectrum] = data.main === "alpha" ? [null, side]
     : wide ? [{ ...side, height: 0.56 * height }, { ...side, y: 0.56 * height, height: 0.44 * height }] : [side, null];
   if (trace) drawTrace(scene, trace, result);
-  if (spectrum) drawSpectrum(scene, { ...spectrum, y: spectrum.y + 22, height: spectrum.height - 22 }, result, shown.subarray(2 * n));
+  if (spectrum) drawSpectrum(scene, spectrum, result, shown.subarray(2 * n));
 }
 
 function drawRing(scene, { x, y, size }, state, result, arrows, change) {
@@ -111,10 +114,12 @@ function drawRing(scene, { x, y, size }, state, result, arrows, change) {
     scene.put("lines", `pose-${k}`, "circle", { class: look, cx: spot[0], cy: spot[1], r: 4.5 });
     if (k) putHeading(scene, k, tips[k], spot, state, result, change);
     else scene.path("lines", "nail", "is-ink", `M${tips[0][0]} ${tips[0][1]}m-5 -5l10 10m0 -10l-10 10`, 2.5);
-    if (size < 250) return; // a phone has no room for numbers
+    if (size < 250) return; // a phone has no room for words
+    if (!k) scene.text("marks", "nailed", tips[0][0], tips[0][1] + 24, "nailed", "rs-tick", "middle");
     const along = (share) => [0, 1].map((axis) => spot[axis] + share * (next[axis] - spot[axis]));
     const middle = freePlace([0.5, 0.36, 0.64, 0.24, 0.76].map(along), tips, 28);
-    scene.text("marks", `misfit-${k}`, middle[0], middle[1] + 5, misfit.toFixed(misfit < 9.95 ? 2 : 1), "rs-halo", "middle");
+    const words = misfit.toFixed(misfit < 9.95 ? 2 : 1);
+    scene.text("marks", `misfit-${k}`, middle[0], middle[1] + 5, words, "rs-halo", "middle");
   });
 }
 
@@ -144,10 +149,12 @@ function drawTrace(scene, box, { trace, cost }) {
   scene.path("marks", "cost", "rs-full is-ink", `M${x} ${y - 7}l7 7l-7 7l-7 -7Z`);
   const words = `cost ${cost.toFixed(2)}`;
   const left = x > maps.inner.x + 0.75 * maps.inner.width;
-  scene.text("marks", "cost-text", x + (left ? -12 : 12), Math.max(y - 10, maps.inner.y + 14), words, "rs-halo", left ? "end" : "start");
+  const [aside, anchor] = left ? [-12, "end"] : [12, "start"];
+  scene.text("marks", "cost-text", x + aside, Math.max(y - 10, maps.inner.y + 14), words, "rs-halo", anchor);
 }
 
-function drawSpectrum(scene, box, result, eigenvalues) {
+function drawSpectrum(scene, { x: left, y: head, width, height }, result, eigenvalues) {
+  const box = { x: left, y: head + 22, width, height: height - 22 };
   const maps = putAxes(scene, "grid", "spectrum", box,
     { domain: [-4.4, 4.4], label: "eigenvalue", ticks: [-4, -2, 0, 2, 4] }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
@@ -186,8 +193,9 @@ function certificateCaption({ state, result }) {
     return `${ring}: ${now}: ${proof}.`;
   }
   const pulled = `Heading ${state.held + 1}, turned by ${numberText(state.turn)}°,`;
-  if (state.twisted && !result.winding) return `${pulled} has untwisted the ring, and the cost falls from ${number(cost)} to ${number(result.cost)}.`;
+  const fromTo = `from ${number(cost)} to ${number(result.cost)}`;
+  if (state.twisted && !result.winding) return `${pulled} has untwisted the ring, and the cost falls ${fromTo}.`;
   const way = result.cost > cost + 0.005 ? "raises" : result.cost < cost - 0.005 ? "lowers" : "keeps";
   const others = state.twisted ? "and the ring stays twisted" : "and the others follow";
-  return `${pulled} ${way} the cost from ${number(cost)} to ${number(result.cost)}, ${others}.`;
+  return `${pulled} ${way} the cost ${fromTo}, ${others}.`;
 }

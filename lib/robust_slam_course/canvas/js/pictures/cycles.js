@@ -1,4 +1,4 @@
-import { numberText } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { possibleJoins } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";

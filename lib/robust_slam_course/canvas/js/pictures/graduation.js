@@ -1,10 +1,11 @@
-import { numberText, putAxes } from "../draw/axes.js";
+import { putAxes } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { boundedNumber } from "../draw/link.js";
 import { putEndLabels } from "../draw/labels.js";
 import { fitMap } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
 import { livePicture } from "../draw/picture.js";
-import { pathThrough } from "../draw/scene.js";
+import { pathThrough, setAttributes } from "../draw/scene.js";
 import { posesOf } from "../draw/steps.js";
 import { WIDE } from "../draw/stage.js";
 
@@ -27,7 +28,7 @@ export function render(context) {
       noise, tried: Math.max(noise, boundedNumber(tried, [0, noises.length - 1], 0, 0)),
     }),
     solve: solveGraduation,
-    height: (width) => (width < WIDE ? 402 : 380),
+    height: (width) => (width < WIDE ? 396 : 380),
     draw: (scene, view) => drawGraduation(scene, view, shapes),
     caption: graduationCaption,
   });
@@ -72,10 +73,10 @@ function drawGraduation(scene, view, shapes) {
         const [left, top] = [x + (k % across) * size, y + head + (c * 10 / across + Math.floor(k / across)) * size];
         const letters = lost || data.towns[k];
         const key = `${letters} ${left} ${top} ${size}`;
-        if (!shapes.has(key)) shapes.set(key, shapeOf({ x: left, y: top, width: size, height: size }, letters, data.towns[k], data.unit));
-        scene.put("maps", `town-${row}-${column}-${c}-${k}`, "path", {
-          class: lost ? "is-outlier" : "is-estimate", d: shapes.get(key), "stroke-width": lost ? 0.9 : 1.5, style: "stroke-dasharray:none",
-        });
+        if (!shapes.has(key)) shapes.set(key, shapeOf([left, top, size], letters, data.towns[k], data.unit));
+        const [look, thick] = lost ? ["is-outlier", 0.9] : ["is-estimate", 1.5];
+        const drawn = scene.path("maps", `town-${row}-${column}-${c}-${k}`, look, shapes.get(key), thick);
+        setAttributes(drawn, { style: "stroke-dasharray:none" });
       }));
     });
   });
@@ -88,12 +89,12 @@ function drawGraduation(scene, view, shapes) {
 }
 
 /** The outline of a map in the square of its town, which it may not leave. */
-function shapeOf(box, letters, town, unit) {
-  const map = fitMap(box, posesOf(stepsFrom(town), unit), 3);
-  const within = (value, low, size) => Math.min(low + size, Math.max(low, value));
+function shapeOf([left, top, size], letters, town, unit) {
+  const map = fitMap({ x: left, y: top, width: size, height: size }, posesOf(stepsFrom(town), unit), 3);
+  const within = (value, low) => Math.min(low + size - 1, Math.max(low + 1, value));
   const poses = posesOf(stepsFrom(letters), unit);
   return pathThrough(Array.from({ length: poses.length / 3 }, (_, k) => [
-    within(map.toX(poses[3 * k]), box.x + 1, box.width - 2), within(map.toY(poses[3 * k + 1]), box.y + 1, box.height - 2),
+    within(map.toX(poses[3 * k]), left), within(map.toY(poses[3 * k + 1]), top),
   ]));
 }
 
@@ -105,7 +106,10 @@ function stepsFrom(letters) {
 function drawMargins(scene, box, { state, result, data }) {
   const last = data.noises.length - 1;
   const maps = putAxes(scene, "axes", "margins", { ...box, width: box.width - 96 },
-    { domain: [-0.1, last + 0.1], label: "", ticks: data.noises.map((_, k) => k), text: (k) => numberText(data.noises[k]) },
+    {
+      domain: [-0.1, last + 0.1], label: "", ticks: data.noises.map((_, k) => k),
+      text: (k) => numberText(data.noises[k]),
+    },
     { domain: [-1, 41], label: "good", ticks: [0, 20, 40] });
   const x = maps.toX(state.noise);
   scene.path("axes", "now", "is-muted", `M${x} ${maps.inner.y}v${maps.inner.height}`, 1.5);
@@ -118,7 +122,8 @@ function drawMargins(scene, box, { state, result, data }) {
   });
   const ends = MARGIN_LOOKS.map(({ name, colour }, k) => (
     { text: name, colour, y: maps.toY(result.margins[k][state.tried]) }));
-  putEndLabels(scene, "words", "end", maps.inner.x + maps.inner.width + 8, ends, maps.inner.y, maps.inner.y + maps.inner.height);
+  const { inner } = maps;
+  putEndLabels(scene, "words", "end", inner.x + inner.width + 8, ends, inner.y, inner.y + inner.height);
 }
 
 function graduationCaption({ state, result, data }) {
@@ -127,5 +132,6 @@ function graduationCaption({ state, result, data }) {
   const more = (count, worse, better) => (count < 0 ? more(-count, better, worse)
     : `${count} more ${worse} than ${better}`);
   return `${numberText(data.noises[state.noise])} rad a step folds ${folded} of the 80 maps: `
-    + `${more(odometry - squares, "from least squares", "from odometry")}, and ${more(graduated - plain, "by IRLS", "by GNC")}.`;
+    + `${more(odometry - squares, "from least squares", "from odometry")}, and`
+    + ` ${more(graduated - plain, "by IRLS", "by GNC")}.`;
 }

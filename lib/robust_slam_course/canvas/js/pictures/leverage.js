@@ -1,7 +1,8 @@
 import { KERNELS } from "../solve/kernels.js";
 import { lineLeverages, lineProblem } from "../solve/location.js";
 import { irls } from "../solve/loop.js";
-import { numberText, putAxes, putCurve, roundTicks } from "../draw/axes.js";
+import { putAxes, putCurve, roundTicks } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";

@@ -1,4 +1,4 @@
-import { numberText } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { boundedNumber } from "../draw/link.js";
 import { fitMap, putDrive, putEdge } from "../draw/map.js";
@@ -103,9 +103,10 @@ function drawBeads(scene, { width, result, data }, beads) {
     const fallen = stage < 4.5 && stage > 0.5;
     const y = fallen ? PIPE_TOP + PIPE_HEIGHT + 8 + row * BEAD : PIPE_TOP + 5 + row * BEAD * 0.8;
     const inlier = k < data.inliers;
+    const shape = inlier ? "m-3.6 0a3.6 3.6 0 1 0 7.2 0a3.6 3.6 0 1 0 -7.2 0Z" : "m0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5Z";
     scene.put("beads", `bead-${k}`, "path", {
-      class: `rs-full ${inlier ? "is-inlier" : "is-outlier"}`, style: "stroke-width:0;stroke-dasharray:none",
-      d: inlier ? `M${x - 3.6} ${y}a3.6 3.6 0 1 0 7.2 0a3.6 3.6 0 1 0 -7.2 0Z` : `M${x} ${y - 4.5}l4.5 4.5l-4.5 4.5l-4.5 -4.5Z`,
+      class: `rs-full ${inlier ? "is-inlier" : "is-outlier"}`, d: `M${x} ${y}${shape}`,
+      style: "stroke-width:0;stroke-dasharray:none",
     });
   });
 }
@@ -161,16 +162,19 @@ function drawDial(scene, { state, data, change }, { x, y, width, height }, k) {
 
 function machineCaption({ state, result: { off, certified, through, fates }, data }) {
   const { unit, values } = data.dials[state.dial];
-  const amount = numberText(values[state.value]);
+  const [amount, how] = [numberText(values[state.value]), `${off.toFixed(2)}\u00a0m`];
   const fallen = data.inliers - through[0];
   if (!state.value) {
-    return `Nothing fails: the map stays ${off.toFixed(2)}\u00a0m off, all ${data.inliers} inliers reach it, and PCM drops the ${fates.length - data.inliers} outliers.`;
+    return `Nothing fails: the map stays ${how} off, all ${data.inliers} inliers reach it, and PCM drops`
+      + ` the ${fates.length - data.inliers} outliers.`;
   }
-  const cause = [`A bias of ${amount} ${unit} a step`, `${amount} mistaken ${unit} in a row`, `A start of ${amount} ${unit} too many`][state.dial];
+  const cause = [
+    `A bias of ${amount} ${unit} a step`, `${amount} mistaken ${unit} in a row`, `A start of ${amount} ${unit} too many`,
+  ][state.dial];
   const many = state.dial === 1 ? "" : "s";
-  const how = `${off.toFixed(2)}\u00a0m`;
   const harm = off > LOST_AT ? `bend${many} the map by ${how}` : `leave${many} the map ${how} off`;
   const lamp = certified ? "no lamp lights" : "the certificate’s lamp lights";
-  const gone = fallen ? ` ${fallen} inliers fall out${through[1] ? `, and ${through[1]} outliers get through` : ""}.` : "";
+  const misled = through[1] ? `, and ${through[1]} outliers get through` : "";
+  const gone = fallen ? ` ${fallen} inliers fall out${misled}.` : "";
   return `${cause} ${harm}, and ${lamp}.${gone}`;
 }

@@ -2,7 +2,8 @@ import { KERNELS } from "../solve/kernels.js";
 import { majoriser, sampledCost } from "../solve/landscapes.js";
 import { locationProblem } from "../solve/location.js";
 import { irls, STOP } from "../solve/loop.js";
-import { numberText, putAxes, putCurve } from "../draw/axes.js";
+import { putAxes, putCurve } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { putMarker } from "../draw/marker.js";
 import { freePlace } from "../draw/labels.js";
@@ -160,7 +161,9 @@ function putCurveNames(scene, axes, cost, lowest, value) {
 function majoriserCaption({ state, result: { path, cost, parabola } }) {
   const fixed = (x) => numberText(Number(x.toFixed(2)), 4);
   const name = KERNELS[state.kernel].label;
-  if (parabola.lowest === null) return `${name}: at ${fixed(state.start)} every weight is 0, so the majoriser is flat and IRLS stays.`;
+  if (parabola.lowest === null) {
+    return `${name}: at ${fixed(state.start)} every weight is 0, so the majoriser is flat and IRLS stays.`;
+  }
   const end = path.at(-1);
   const where = Math.abs(end) > NEAR_INLIERS ? "away from the inliers" : "among the inliers";
   return `${name}: from ${fixed(state.start)} the first step jumps to ${fixed(parabola.lowest)}, and IRLS ends at`

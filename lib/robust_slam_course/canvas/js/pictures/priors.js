@@ -1,4 +1,5 @@
-import { numberText, putAxes } from "../draw/axes.js";
+import { putAxes } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { putLegend } from "../draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";

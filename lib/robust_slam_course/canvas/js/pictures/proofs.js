@@ -1,4 +1,5 @@
-import { numberText, putAxes } from "../draw/axes.js";
+import { putAxes } from "../draw/axes.js";
+import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
 import { putLegend } from "../draw/legend.js";
 import { boundedNumber } from "../draw/link.js";
@@ -84,7 +85,7 @@ function drawColumns(scene, box, { state, data, change }) {
       else fails.push(`M${x - half} ${y - 3}l${2 * half} 6m0 -6l${-2 * half} 6`);
     });
   });
-  scene.path("columns", "certified", "is-inlier", certified.join(""), 3);
+  scene.path("columns", "certified", "is-ink", certified.join(""), 2.5);
   scene.put("columns", "fails", "path", {
     class: "is-outlier", d: fails.join(""), "stroke-width": 2, style: "stroke-dasharray:none",
   });

@@ -28,7 +28,7 @@ export function render(context) {
       },
     ],
     main: [context.model.get("data").main],
-    height: (width) => (width < WIDE ? 405 : 380),
+    height: (width) => (width < WIDE ? 392 : 380),
     clean: (state, data) => cleanShowcase(state, data, solved),
     solve: (state, data) => solveShowcase(state, data, solved),
     moving: ({ poses, weights }) => Float64Array.from([...poses, ...weights]),
@@ -64,8 +64,9 @@ function solveShowcase(state, data, solved) {
   return solved.get(key);
 }
 
-function mapOf({ place, method, start }, { truth, end, trusted, ...data }) {
-  const graph = graphWithWrong({ truth, trusted, ...data }, agreeingClosures(truth, [end, place], NINE));
+function mapOf({ place, method, start }, data) {
+  const { truth, end, trusted } = data;
+  const graph = graphWithWrong(data, agreeingClosures(truth, [end, place], NINE));
   const problem = poseGraphProblem(graph);
   const from = start === "squares" || method === "squares" ? leastSquares(problem).poses : problem.guess;
   // Switches that are always at their optimum are the kernel of Geman and McClure.
@@ -100,15 +101,11 @@ function drawShowcase(scene, view) {
     putEdge(scene, wrong ? "wrong" : "edges", `edge-${k}`, map, wrong ? data.truth : poses, edge, look,
       wrong && k === weights.length - NINE ? 3 : 1.5);
   });
-  scene.put("wrong", "end", "circle", { class: "rs-open is-outlier", r: 5, style: "stroke-dasharray:none", ...centre(map, data) });
+  const [cx, cy] = posePixels(map, data.truth, data.end);
+  scene.put("wrong", "end", "circle", { class: "rs-open is-outlier", cx, cy, r: 5, style: "stroke-dasharray:none" });
   putWeights(scene, strip, weights);
   putTried(scene, ribbon, state);
   putWrongEnd(scene, map, view);
-}
-
-function centre(map, { truth, end }) {
-  const [cx, cy] = posePixels(map, truth, end);
-  return { cx, cy };
 }
 
 function putWeights(scene, box, weights) {
@@ -129,7 +126,9 @@ function putTried(scene, { x, y, width }, { method, start, tried, place }) {
   const ribbon = tried[runOf({ method, start })];
   const each = width / ribbon.length;
   putRibbon(scene, "strip", "tried", { x, y: y + 24, width, height: 16 }, ribbon);
-  if (other !== method && tried[other]) putRibbon(scene, "strip", "other", { x, y: y + 43, width, height: 8 }, tried[other], true);
+  if (other !== method && tried[other]) {
+    putRibbon(scene, "strip", "other", { x, y: y + 43, width, height: 8 }, tried[other], true);
+  }
   scene.path("strip", "here", "is-ink", `M${x + (place + 0.5) * each} ${y + 20}l-4 -5h8Z`, 1.5);
   const count = (letter) => [...ribbon].filter((one) => one === letter).length;
   const words = `The drive: ${count(letterOf(true))} lost of ${ribbon.replaceAll(".", "").length} tried`;

@@ -1,9 +1,8 @@
 /**
  * The certificate of global optimality for rotations in the plane.
  *
- * Rotations are the blocks of R (r × 2n, by rows) side by side; r is 2 for headings, more on the
- * staircase. The cost Σ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block
- * diagonal, Λ_i = sym(R_iᵀ (R Q)_i). If S Rᵀ = 0 and S ⪰ 0, no rotations cost less. With
+ * Rotations are the blocks of R (2 × 2n, by rows) side by side. The cost Σ ‖R_j − R_i R̃‖²_F,
+ * without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block diagonal, Λ_i = sym(R_iᵀ (R Q)_i). If S Rᵀ = 0 and S ⪰ 0, no rotations cost less. With
  * S + η I ⪰ 0 any rotations cost at least tr Λ − 2 n η, whether R is stationary or not.
  *
  * It is about the cost of the edges that are kept, and says nothing about outliers.
@@ -53,46 +52,26 @@ export function headingsRow(angles) {
   return R;
 }
 
-/** Return tr(R Q Rᵀ) of R (r, 2n), which is a sum of squares and so at least 0. */
-export function quadraticCost(Q, R, r) {
-  return Math.max(0, dotProduct(rowsTimes(R, r, Q), R));
+/** Return tr(R Q Rᵀ) of R (2, 2n), which is a sum of squares and so at least 0. */
+export function quadraticCost(Q, R) {
+  return Math.max(0, dotProduct(rowsTimes(R, Q), R));
 }
 
-/** Return the blocks Λ_i = sym(R_iᵀ (R Q)_i) (n, 2, 2) by rows. */
-function multipliersOf(Q, R, r) {
-  return symmetricProducts(R, rowsTimes(R, r, Q), r);
+/** Return the λ_i (n,) of Λ_i = λ_i I: of rotations in the plane sym(R_iᵀ (R Q)_i) is such a block. */
+function multipliersOf(Q, R) {
+  const products = rowsTimes(R, Q).map((value, k) => value * R[k]);
+  const width = R.length / 2;
+  return Float64Array.from({ length: width / 2 }, (_, i) => 0.5 * (
+    products[2 * i] + products[2 * i + 1] + products[width + 2 * i] + products[width + 2 * i + 1]));
 }
 
-/** Return the blocks sym(R_iᵀ V_i) (n, 2, 2) of R and V (r, 2n). */
-function symmetricProducts(R, V, r) {
-  const width = R.length / r;
-  const blocks = new Float64Array(2 * width);
-  for (let i = 0; i < width / 2; i++) {
-    for (let row = 0; row < r; row++) {
-      const at = row * width + 2 * i;
-      blocks[4 * i] += R[at] * V[at];
-      blocks[4 * i + 1] += 0.5 * (R[at] * V[at + 1] + R[at + 1] * V[at]);
-      blocks[4 * i + 3] += R[at + 1] * V[at + 1];
-    }
-    blocks[4 * i + 2] = blocks[4 * i + 1];
-  }
-  return blocks;
-}
-
-/** Return R A (r, width) for R (r, width) and a symmetric A (width, width). */
-function rowsTimes(R, r, A) {
-  const width = R.length / r;
-  const product = new Float64Array(R.length);
-  for (let row = 0; row < r; row++) {
-    const own = product.subarray(row * width, (row + 1) * width);
-    for (let c = 0; c < width; c++) {
-      const share = R[row * width + c];
-      if (share === 0) continue;
-      const begin = c * width;
-      for (let k = 0; k < width; k++) own[k] += share * A[begin + k];
-    }
-  }
-  return product;
+/** Return R A (2, width) for R (2, width) and a symmetric A (width, width). */
+function rowsTimes(R, A) {
+  const width = R.length / 2;
+  return R.map((_, k) => {
+    const own = R.subarray(k < width ? 0 : width, k < width ? width : 2 * width);
+    return dotProduct(own, A.subarray((k % width) * width, ((k % width) + 1) * width));
+  });
 }
 
 /** Return Σ a b. */
@@ -106,26 +85,26 @@ function dotProduct(a, b) {
  * Return the relative size of R S, without a unit, 0 where the gradient is 0: the root of
  * Σ_c ‖(R S)_c‖²/Q_cc over Σ_c Q_cc, as `robust_slam.certificates.tangent` has it.
  */
-function headingsStationarity(Q, R, r) {
-  const gradient = rowsTimes(R, r, lessMultipliers(Q, multipliersOf(Q, R, r)));
+function headingsStationarity(Q, R) {
+  const gradient = rowsTimes(R, lessMultipliers(Q, multipliersOf(Q, R)));
   const diagonal = diagonalEntries(Q);
   const share = (entry, k) => entry ** 2 / diagonal[k % diagonal.length];
   return Math.sqrt(gradient.map(share).reduce((sum, one) => sum + one, 0) / traceOf(Q));
 }
 
 /**
- * Return the certificate of R (r, 2n) for the headings alone, with Q from `connectionMatrix`.
+ * Return the certificate of R (2, 2n) for the headings alone, with Q from `connectionMatrix`.
  *
  * The result is { verdict, stationarity, lambdaMin, cost, lowerBound, bound, S, eigenvalues }. `lambdaMin` is 0 where it is 0 up to rounding; no rotations cost less than
  * `lowerBound`, and `bound` bounds the optimality gap. As in
  * `robust_slam.certificates.optimality.judge` the verdict follows from the bound that the Cholesky
  * test proves, not from the test.
  */
-export function certify(Q, R, r) {
-  const width = R.length / r;
-  const S = lessMultipliers(Q, multipliersOf(Q, R, r));
-  const cost = quadraticCost(Q, R, r);
-  const stationarity = headingsStationarity(Q, R, r);
+export function certify(Q, R) {
+  const width = R.length / 2;
+  const S = lessMultipliers(Q, multipliersOf(Q, R));
+  const cost = quadraticCost(Q, R);
+  const stationarity = headingsStationarity(Q, R);
   const eigenvalues = symmetricEigen(S, width);
   const total = traceOf(Q);
   const share = Math.max(FIRST_SHIFT, Math.min(stationarity, ROUNDING_SHIFT / 2));
@@ -144,13 +123,10 @@ export function certify(Q, R, r) {
   };
 }
 
-/** Return Q − Λ (2n, 2n) for blocks Λ (n, 2, 2). */
+/** Return Q − Λ (2n, 2n) for the λ_i (n,). */
 function lessMultipliers(Q, multipliers) {
-  const n = multipliers.length / 4;
-  const S = Q.slice();
-  for (let i = 0; i < n; i++) {
-    addBlock(S, n, i, i, multipliers.subarray(4 * i, 4 * i + 4).map((entry) => -entry));
-  }
+  const [S, width] = [Q.slice(), 2 * multipliers.length];
+  for (let c = 0; c < width; c++) S[c * (width + 1)] -= multipliers[c >> 1];
   return S;
 }
 

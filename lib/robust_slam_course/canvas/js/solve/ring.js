@@ -35,7 +35,7 @@ export function pulledRing(headings, alpha, held, path) {
     const count = Math.ceil(Math.abs(goal - from) / PULL_STEP - 1e-9);
     for (let k = 1; k <= count; k++) {
       const turn = from + ((goal - from) * k) / count;
-      const before = steps.at(-1).headings.with(held, headings[held] + turn);
+      const before = steps.at(-1).headings.map((angle, i) => (i === held ? headings[held] + turn : angle));
       steps.push({ turn, headings: relaxedHeadings(before, alpha, held) });
     }
   }
