@@ -51,7 +51,7 @@ $(HANDED_IN): $(call files,solutions tests/assignments) tests/sample_class.py $(
 	@touch $@
 
 grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment>/
-	@shopt -s nullglob; stray=($(SUBMITTED)/*.ipynb); shopt -u nullglob; \
+	@shopt -s nullglob nocaseglob; stray=($(SUBMITTED)/*.ipynb); shopt -u nullglob nocaseglob; \
 	$(BIN)/autograder grade $(SUBMITTED)/*/* "$${stray[@]}"
 
 misconceptions: setup ## find out how answers can be wrong, for the grader to name it

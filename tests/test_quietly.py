@@ -12,11 +12,12 @@ PRINT = [sys.executable, "-c", "import sys; print(sys.argv[1]); sys.exit(int(sys
 
 
 def test_what_is_printed_is_in_the_log_and_one_line_says_so(tmp_path):
-    command = [*QUIETLY, *PRINT, "\x1b[01mone\x1b[39;49;00m\ntwo", "0"]
+    command = [*QUIETLY, *PRINT, "\x1b[01mone\x1b[39;49;00m\ntwo\nnote: an old Python", "0"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
-    (line,) = done.stdout.splitlines()
+    note, line = done.stdout.splitlines()
+    assert note == "note: an old Python"
     assert line.startswith("  book: done in ") and line.endswith("(build/log/book.log)")
-    assert (tmp_path / "build" / "log" / "book.log").read_text("utf-8") == "one\ntwo\n"
+    assert (tmp_path / "build" / "log" / "book.log").read_text("utf-8").startswith("one\ntwo\n")
 
 
 def test_a_failure_shows_early_warnings_the_cells_error_and_the_end(tmp_path):

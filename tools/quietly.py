@@ -19,6 +19,8 @@ SECONDS_BETWEEN_LINES = 30.0
 TAIL_LINES = 20
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _PROBLEM = re.compile(r"\b(WARNING|ERROR|error):|Error\b|Traceback")
+_NOTE = re.compile("note: ")
+"""What a command says to who called it, though all went well."""
 _REPORT = re.compile(r"traceback saved in: (\S+)")
 """Where Jupyter Book puts the error of a cell."""
 
@@ -64,5 +66,6 @@ if __name__ == "__main__":
     if status := run(command, log):
         print("\n".join(explanation(log)))
     else:
-        print(f"  {step}: done in {time.monotonic() - began:.0f} s ({log})")
+        notes = filter(_NOTE.match, log.read_text(encoding="utf-8").splitlines())
+        print("\n".join([*notes, f"  {step}: done in {time.monotonic() - began:.0f} s ({log})"]))
     sys.exit(status)

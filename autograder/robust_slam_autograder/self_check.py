@@ -5,26 +5,23 @@
 
 from __future__ import annotations
 
-import ast
 import os
+import re
 import sys
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError, Refused, WrongUse
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
-from robust_slam_autograder.misconceptions.shapes import Shape
+from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading import notebook, source, submission
+from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import TOWN, Assignment
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import called_by
-from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.reports import clicks, terminal
 
 ALONE = (
@@ -32,11 +29,16 @@ ALONE = (
     "{1} has none for it. Unpack the zip in a new folder, and name that: "
     "autograder check {0} --release FOLDER."
 )
+SEVERAL = (
+    "{0} does not say which assignment it is of, and {1} holds the releases of {2}: name the one, "
+    "as in autograder check {0} --release {1}/{3}."
+)
 ALTERED = "Note: gone from the notebook or changed, but run as they were released: {}."
 NO_TOWN = (
     f"Note: {TOWN} is no whole number in your notebook, so the checks use the data of everybody. "
     f"Type it as you were given it, as in {TOWN} = 482913."
 )
+_TOWN = re.compile(rf"^{TOWN}\s*=(?!=)([^\n;#(]*)(\(?)", re.MULTILINE)
 HINTS = "For a hint on what did not pass, add --hints {}."
 
 
@@ -86,67 +88,54 @@ def run(
     try:
         cells = notebook.read(path)
         folder, tests = _released(path, release)
+        code = submission.collect(cells, tests)
+        if code.foreign:
+            raise Refused(code.foreign)
     except Refused as error:
         raise WrongUse(str(error)) from error
-    known = tables.read(folder / tables.FILE)
     print(f"Checking {given}: the visible cases of {tests.name}.")
-    code = submission.collect(cells, tests)
-    lines = _Lines(tests, code, hints or 0)
-    mine = marking.Whose("", tests, code, town=_typed_town(cells, tests))
-    wall = sandbox.choose(unsandboxed=True)
-
-    def label(exercise: str, shape: Shape) -> str:
-        return tables.sentence(known.get(exercise, {}), shape.keys())
-
-    result = marking.look(mine, sandbox=wall, report=lines.write, label=label).result
+    town, wall = _typed_town(cells, tests), sandbox.choose(unsandboxed=True)
+    tell = _teller(tests, tables.read(folder / tables.FILE), hints or 0)
+    result = passes.look("", tests, code, town, sandbox=wall, report=tell).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
-    more = max((len(tests.config.hints.get(one, ())) for one in lines.failed), default=0)
+    failed = [one.name for one in result.exercises if one.status != "passed"]
+    more = max((len(tests.config.hints.get(one, ())) for one in failed), default=0)
     if hints is not None and hints < more:
         print(HINTS.format(hints + 1))
     print(terminal.check_end(result, tests.hidden_cases))
     return result, tests
 
 
-class _Lines:
-    """A line for each exercise as it ends; on a terminal also the name of the one that runs."""
+def _teller(tests: Assignment, labels: Mapping[str, Table], hints: int) -> passes.Report:
+    """Return what prints a line for each exercise as it ends; a terminal shows what runs, too."""
+    left, out = list(tests.exercises), sys.stdout  # what tests print goes nowhere
 
-    def __init__(self, tests: Assignment, code: Submission, hints: int) -> None:
-        self._tests, self._hints = tests, hints
-        self._sources = [piece.source for piece in code.pieces]
-        self._left, self.failed = list(tests.exercises), list[str]()
-        self._out = sys.stdout  # while tests run, what they print goes nowhere
-        self._say_next()
+    def say_next() -> None:
+        if left and out.isatty():
+            print(f"… {left[0]}", end="\r", file=out, flush=True)
 
-    def write(self, exercise: ExerciseResult) -> None:
-        name, tests = exercise.name, self._tests
-        self._left.remove(name)
-        if exercise.status != "passed":
-            called = called_by(tests.names_of(name), self._sources)
-            guilty = [one for one in self.failed if called.intersection(tests.names_of(one))]
-            for one in guilty[:1]:
-                because = f"{name} calls {one}, which does not pass: begin there."
-                exercise = replace(exercise, message=f"{exercise.message}\n{because}")
-            self.failed.append(name)
-        place, hints = tests.config.place(name), tests.config.hints.get(name, ())[: self._hints]
-        line = terminal.check_line(exercise, tests.hidden_cases, place, hints)
-        print(line, file=self._out, flush=True)
-        self._say_next()
+    def tell(exercise: ExerciseResult) -> None:
+        name, config = exercise.name, tests.config
+        exercise = tables.named(exercise, labels.get(name, {}))
+        told = config.place(name), config.hints.get(name, ())[:hints]
+        print(terminal.check_line(exercise, tests.hidden_cases, *told), file=out, flush=True)
+        left.remove(name)
+        say_next()
 
-    def _say_next(self) -> None:
-        if self._left and self._out.isatty():
-            print(f"… {self._left[0]}", end="\r", file=self._out, flush=True)
+    say_next()
+    return tell
 
 
 def _typed_town(cells: Sequence[Cell], tests: Assignment) -> int | None:
     """Read the number that the student typed; without one say so, and take everybody's."""
     if not any(case.has_town for case in tests.cases):
         return None
-    given = [source.typed(TOWN, cell.source) for cell in cells if cell.kind == "code"]
-    # The set-up makes it of itself, or of what the grader hands over.
-    typed = [one for one in given if one is not None and not isinstance(one, ast.Call)]
-    if typed and isinstance(typed[-1], ast.Constant) and type(typed[-1].value) is int:
-        return typed[-1].value
+    code = (cell.source for cell in cells if cell.kind == "code")
+    # The set-up calls what makes it of itself, or of what the grader hands over.
+    typed = [said for text in code for said, call in _TOWN.findall(text) if not call]
+    if typed and re.fullmatch(r"\d+", typed[-1].strip(), re.ASCII):
+        return int(typed[-1])
     print(NO_TOWN)
     return None
 
@@ -164,4 +153,6 @@ def _released(path: Path, release: Path | None) -> tuple[Path, Assignment]:
     for folder in (top, top / path.parent.name, *reversed(beside)):
         if (tests := assignments.released(folder)) is not None:
             return folder, tests
-    raise WrongUse(ALONE.format(path.name, top))
+    there = [one.name for one in sorted(top.glob("*/")) if assignments.released(one) is not None]
+    which = SEVERAL.format(path.name, top, ", ".join(there), *there[:1]) if there else ""
+    raise WrongUse(which or ALONE.format(path.name, top))

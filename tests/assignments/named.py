@@ -11,13 +11,11 @@ the label that was taken away. What only hidden cases stop has no name.
 from __future__ import annotations
 
 import argparse
-import functools
 import random
 import sys
 from collections.abc import Iterator
 
-from robust_slam_autograder.misconceptions import candidates, survey, tables
-from robust_slam_autograder.misconceptions.bench import Setting
+from robust_slam_autograder.misconceptions import survey, tables
 from robust_slam_autograder.reading.labelled import Answer
 
 from tests.assignments import answers
@@ -28,11 +26,10 @@ Named = tuple[Answer, str, str]
 
 def named(name: str, exercise: str) -> Iterator[Named]:
     """Name the wrong answers to an exercise that a visible case stops."""
-    setting = Setting(answers.SOLUTIONS / name / f"{name}.ipynb", answers.load(name))
+    path, assignment = answers.SOLUTIONS / name / f"{name}.ipynb", answers.load(name)
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
-    choice = functools.partial(candidates.candidates, exercise=exercise, answers=mine)
-    found = [(one, shape.keys()) for one, shape in survey.shapes_of(setting, exercise, choice)]
-    keys = {one.source: keys for one, keys in found}
+    found = [*survey.tried(path, assignment, exercise, mine)]
+    keys = {way.source: keys for way, keys in found}
     whole = survey.labelled(found)
     for one in (one for one in mine if one.is_visible):
         rest = survey.labelled(pair for pair in found if pair[0].source != one.source)

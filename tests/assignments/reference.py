@@ -5,16 +5,22 @@ Nothing here is a sandbox: run only the instructor's own code with it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import contextlib
+import io
+import sys
+import types
+import warnings
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.executor.seeds import case_generator
-from robust_slam_autograder.misconceptions.bench import Setting, bench, compiled, quiet
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED, case_generator, environment
 from robust_slam_autograder.reading import assignment as assignment_module
+from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Case
+from robust_slam_autograder.reading.source import compiled
 
 from tests.assignments import answers
 
@@ -45,7 +51,7 @@ class Reference:
         names = {**self.names, **(functions or {})}
         names["rng"] = case_generator(seed, case.grade_id)
         with quiet():
-            exec(compiled(case.full, case.grade_id), names)
+            exec(compiled(case.full, f"<{case.grade_id}>"), names)
 
 
 @cache
@@ -53,5 +59,19 @@ def load(name: str, tree: Path = answers.SOLUTIONS) -> Reference:
     """Read an assignment of a source tree and run its set-up and solution cells."""
     path = tree / name / f"{name}.ipynb"
     assignment = assignment_module.load(path)
-    found = bench(Setting(path, assignment))
-    return Reference(assignment, found.names)
+    code = submission.collect(notebook.read(path), assignment)
+    module = types.ModuleType(f"solutions_{abs(hash(str(path)))}")
+    sys.modules[module.__name__] = module  # dataclasses look their module up by name
+    with quiet(), environment(PUBLIC_SEED):
+        for piece in (*assignment.setup, *code.pieces):
+            if not piece.own:
+                exec(compiled(piece.source, f"<{piece.label}>"), module.__dict__)
+    return Reference(assignment, module.__dict__)
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Suppress warnings and what the code prints."""
+    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+        warnings.simplefilter("ignore")
+        yield

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.grading import wording
+from robust_slam_autograder.grading import messages
 from robust_slam_autograder.grading.results import ExerciseResult
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.labelled import Answer
@@ -92,7 +92,7 @@ def test_wrong_answers_lose_where_they_say(
     # That a wall changes no mark is asked once for an assignment; without one it is quicker.
     walled = column == rounds(name, right=False)[0]
     marks = grade(name, column, seed, choose(wall_name) if walled else BareFork())
-    hints = {c.grade_id: c.hint or wording.NO_HINT for c in load(name).cases if c.has_hidden}
+    hints = {c.grade_id: c.hint or messages.NO_HINT for c in load(name).cases if c.has_hidden}
     for answer in column:
         lost = {
             f"{answer.exercise}-{case.name}": case

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import self_check
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
 
@@ -184,8 +184,8 @@ def test_check_passes_what_the_visible_cases_of_the_grade_pass(
     graded = answers.load(name)
 
     def grade(value: dict[str, Any]) -> dict[str, bool]:
-        whose = marking.Whose("a", graded, toy.submission(value, graded))
-        return passed(marking.look(whose, sandbox=BareFork()).result)
+        code = toy.submission(value, graded)
+        return passed(passes.look("a", graded, code, sandbox=BareFork()).result)
 
     value = json.loads(written(name, released, wrong))
     before = grade(value)

@@ -53,7 +53,7 @@ _CHANGES = {
         ("_EVICT = (20, 21)", "_EVICT = (20,)", f"{SECCOMP}calls_are_judged_by_their_arguments"),
     ],
     "executor/memory.py": [
-        ("(most - KEPT_BACK_BYTES, most))\n    try", "(most, most))\n    try",
+        ("else most - KEPT_BACK_BYTES", "else most",
          "executor/test_memory.py::test_tests_have_their_share_and_the_grader_keeps_its_own"),
     ],
     "executor/handed_over.py": [
@@ -88,7 +88,7 @@ _CHANGES = {
         ("dont_inherit=True, optimize=0", "dont_inherit=True",
          f"{MARKING}asserts_count_under_an_optimising_interpreter"),
     ],
-    "grading/allowed.py": [
+    "grading/exposed_folders.py": [
         ("if shown is not None:", "if False:",
          "grading/test_allowed.py::test_what_student_code_could_read_is_refused"),
     ],
@@ -97,21 +97,21 @@ _CHANGES = {
          f"{BATCH}a_call_that_nothing_interrupts_is_the_students_timeout"),
     ],
     "grading/batch.py": [
-        ("at_once > 1 and marked.doubtful", "False", f"{BATCH}a_limit_is_judged_alone"),
-        ("            waiting.put(replace(task, seen=named))\n",
-         "            ((_, last),) = _marked(run_pass([replace(task, seen=named)], 1))\n"
-         "            yield task, last\n"
+        ("at_once > 1 and found.doubtful", "False", f"{BATCH}a_limit_is_judged_alone"),
+        ("            between_passes.put(kept, replace(one, seen=found))\n",
+         "            ((_, last),) = _ended(run_pass([replace(one, seen=found)], 1))\n"
+         "            yield one, last\n"
          "            continue\n",
          f"{BATCH}what_a_hidden_pass_leaves_behind_reaches_no_text"),
     ],
-    "grading/tasks.py": [
-        ("if job.path.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
-        ("if job.path.parent.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
+    "grading/submissions.py": [
+        ("if one.path.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
+        ("if one.path.parent.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
     ],
-    "grading/marking.py": [
+    "grading/passes.py": [
         ("missing = not score and owner", "missing = owner",
          f"{MARKING}an_exercise_that_earned_points_is_not_missing"),
-        ("one = _Pass(whose, sandbox, run, seed)", "one = _Pass(whose, sandbox, run, 0)",
+        ("town, sandbox, run, seed)", "town, sandbox, run, 0)",
          f"{MARKING}hidden_inputs_are_drawn_from_the_batchs_seed"),
         ("run, seeds.PUBLIC_SEED, is_visible=True)", "run, 1, is_visible=True)",
          f"{MARKING}visible_checks_draw_from_the_public_seed"),

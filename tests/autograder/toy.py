@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook as notebook_module
 from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
-from robust_slam_autograder.reading.submission import Submission, collect
+from robust_slam_autograder.reading.submission import Code, collect
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 
 from tests import kernel
@@ -206,7 +206,7 @@ def assignment(
     return from_cells(cells, name=NAME, notebook=NAME, config=config or Config(packages=PACKAGES))
 
 
-def submission(value: dict[str, Any], tests: Assignment) -> Submission:
+def submission(value: dict[str, Any], tests: Assignment) -> Code:
     return collect(notebook_module.parse(json.dumps(value).encode(), "toy.ipynb"), tests)
 
 
@@ -222,11 +222,11 @@ def graded(
     return both_passes(tests, submission(value, tests), seed, wall or kernel.quickest())
 
 
-def both_passes(tests: Assignment, code: Submission, seed: int, wall: Sandbox) -> Result:
+def both_passes(tests: Assignment, code: Code, seed: int, wall: Sandbox) -> Result:
     """What the visible pass and then the hidden one come to."""
-    whose = marking.Whose("a", tests, code)
-    seen = marking.look(whose, sandbox=wall)
-    last = seen if seen.is_whole else marking.finish(whose, seen, seed=seed, sandbox=wall)
+    seen = passes.look("a", tests, code, sandbox=wall)
+    whose = "a", tests, code, seeds.SHARED_TOWN
+    last = seen if seen.is_whole else passes.finish(*whose, seen, seed=seed, sandbox=wall)
     return last.result
 
 
@@ -239,5 +239,5 @@ def quickly() -> list[str]:
 def checked(value: dict[str, Any], tests: Assignment | None = None, **options: Any) -> Result:
     """What a student's own check says of a submission."""
     tests = tests or assignment()
-    whose = marking.Whose("", tests, submission(value, tests))
-    return marking.look(whose, sandbox=kernel.quickest(), **options).result
+    code = submission(value, tests)
+    return passes.look("", tests, code, sandbox=kernel.quickest(), **options).result

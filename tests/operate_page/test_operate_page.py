@@ -108,7 +108,7 @@ PROMISES = {
     ),
     ".venv/bin/autograder mark sample-half 02-four-costs threshold +2 \\\n"
     '    --reason "The idea is right, and one sign is wrong."': Promise(
-        says=("0 by the tests, +2 by hand: 2 of 10 points",)
+        says=("0 by the tests, +2 by hand: 2/10 points",)
     ),
     ".venv/bin/autograder report 02-four-costs --similar": Promise(
         says=("report on 1 of 2 assignments",)

@@ -13,18 +13,17 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError
-from robust_slam_autograder.grading import batch, durable, journal, tasks
-from robust_slam_autograder.grading.naming import Namer
+from robust_slam_autograder.grading import batch, durable, journal, submissions
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.grading.verdicts import MEANINGS
 from robust_slam_autograder.markup import visible
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 
 SEED_NAME = "seed"
@@ -61,8 +60,8 @@ def _grade(root: Path) -> Result:
     tree = root / "source" / TREE_NAME
     (name,) = assignments.find_names(tree)
     tests = assignments.notebook_path(tree / name)
-    job = Job(NOBODY, assignments.load(tests), tests, root / "submission")
-    job = replace(job, handed=tasks.read(job))
+    given = Submission(NOBODY, assignments.load(tests), tests, root / "submission")
+    job = submissions.read(given)
     # From a file, for others can read a command line.
     seed = int((root / "source" / SEED_NAME).read_text(encoding="ascii"))
     wall = sandbox.choose(None, unsandboxed=False)
@@ -75,7 +74,7 @@ def _grade(root: Path) -> Result:
             wall=wall,
             workers=1,
             report=lambda item: None,
-            naming=Namer(root / "source" / LABELS_NAME),
+            naming=tables.namer(root / "source" / LABELS_NAME),
         )
         return graded.load()
 

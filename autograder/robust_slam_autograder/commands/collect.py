@@ -15,7 +15,7 @@ from robust_slam_autograder.lms import downloads, roster, systems
 from robust_slam_autograder.lms.downloads import Archive, Notebook
 from robust_slam_autograder.markup import log_line, one_line
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading import timestamp
+from robust_slam_autograder.reading import submission, timestamp
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -65,8 +65,18 @@ def run(options: argparse.Namespace) -> int:
         except ValueError as error:
             left[one.entry] = str(error)
     listed = {roster.key(row.cells[match]) for row in students} - {""}
+    has = [one.entry for one in found if _there(options.submitted, one.student, one.assignment)]
+    may_be = [one for one in left if submission.is_notebook(one) or one.lower().endswith(".zip")]
+    lost = [one for one in may_be if one not in has]
+    about = {one.assignment for one in found} | {*filter(None, [options.assignment])}
+    downloads.remember(options.submitted, archive, lost, about)
     _tell(taken, left, listed, options.submitted)
     return 1 if left else 0
+
+
+def _there(into: Path, student: str, assignment: str) -> list[str]:
+    folder = into / student / assignment
+    return [path.name for path in submission.notebooks(folder)] if folder.is_dir() else []
 
 
 def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
@@ -78,7 +88,7 @@ def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
     for above in (options.submitted / one.student, folder, path):
         if above.is_symlink():
             raise ValueError(f"would be written through a link, {log_line(str(above))}: remove it")
-    others = sorted(p.name for p in folder.glob("*.ipynb")) if folder.is_dir() else []
+    others = _there(options.submitted, one.student, one.assignment)
     if path.name in others and path.read_bytes() == data:
         return
     where = log_line(str(folder))
@@ -111,7 +121,7 @@ def _tell(taken: list[Notebook], left: dict[str, str], listed: set[str], into: P
             "no time in the zip, so its own counts: {0} of {1}": {
                 one.student for one in mine if one.at is None
             },
-            "no notebook of {1}: {0}": listed - {one.student for one in mine},
+            "no notebook of {1}: {0}": {one for one in listed if not _there(into, one, name)},
         }
         for said, who in told.items():
             if who:

@@ -11,7 +11,7 @@ from pathlib import Path
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import allowed, pythons
+from robust_slam_autograder.grading import exposed_folders, pythons
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import cgroup, landlock
 
@@ -70,7 +70,7 @@ def _exposure(options: argparse.Namespace) -> str:
         paths = [assignments.notebook_path(options.solutions / name) for name in names]
         folders = [options.solutions, options.submitted, options.out]
         wall = sandbox.choose()
-        allowed.refuse_unsafe([assignments.load(path) for path in paths], folders, wall)
+        exposed_folders.refuse_unsafe([assignments.load(path) for path in paths], folders, wall)
     except WrongUse as error:
         return f"Grading refuses this course: {error}"
     return ""

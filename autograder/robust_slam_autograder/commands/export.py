@@ -11,7 +11,7 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
-from robust_slam_autograder.lms import late, marks, roster, systems
+from robust_slam_autograder.lms import downloads, late, marks, roster, systems
 from robust_slam_autograder.lms.late import Rules
 from robust_slam_autograder.lms.marks import Ledger
 from robust_slam_autograder.lms.roster import Matching, Roster
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         rules=rules,
         submitted=options.submitted,
     )
-    matched = roster.match(ledger, students)
+    matched = roster.match(ledger, students, downloads.left_out(options.submitted))
     if not matched.owners:
         raise WrongUse(
             f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "
@@ -86,7 +86,8 @@ def run(options: argparse.Namespace) -> int:
         f"{len(marked)} of {len(students)} students have marks, matched by "
         f"{people.header[match]}. To import into {system.title}: {to}"
     )
-    return 1 if matched.strangers or matched.doubled or ledger.lost else 0
+    unclear = any(map(matched.unclear, ledger.columns))
+    return 1 if unclear or matched.doubled or ledger.lost else 0
 
 
 def _places(

@@ -17,14 +17,13 @@ from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
-from robust_slam_autograder.grading import allowed, batch, durable, progress, remote
+from robust_slam_autograder.grading import batch, durable, exposed_folders, progress, remote
 from robust_slam_autograder.grading.batch import Graded, Graders
-from robust_slam_autograder.grading.journal import open_journal
-from robust_slam_autograder.grading.naming import Namer
+from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.markup import log_line
-from robust_slam_autograder.misconceptions import known
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
@@ -83,47 +82,78 @@ def _processors() -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Grade the batch; exit status 1 where the grader itself failed on a submission."""
+    from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
+
+    _refuse_unwritable(options)
+    gradebook = places.gradebook(options)
+    handed_in = _find(options, gradebook)
+    _warn(handed_in, options)
+    wall = safe_wall(handed_in, options)
+    with graders(options) as (found, at_once), batch.locked(options.out):
+        journal = open_journal(options.out, options.seed)
+        graded = _grade(handed_in, journal, wall, found, at_once, options)
+        marks = [item.load() for item in graded]
+        recording.record_new(gradebook, journal, handed_in, marks, wall)
+    _tell(graded, marks, gradebook, options)
+    return 1 if any(item.status == "failed" for item in graded) else 0
+
+
+def _refuse_unwritable(options: argparse.Namespace) -> None:
     if options.json is not None and options.json == options.markdown:
         raise WrongUse("--json and --markdown want two places: - can be one of them.")
     for option, target in {"--json": options.json, "--markdown": options.markdown}.items():
         if target not in (None, STANDARD_OUTPUT):
             places.refuse_unwritable(option, Path(target), made=options.out)
     layout.refuse_unmoved(options.out)
-    from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
 
-    gradebook = places.gradebook(options)
-    jobs = _find_jobs(options, gradebook)
+
+def _warn(handed_in: Sequence[Submission], options: argparse.Namespace) -> None:
     places.warn_of_python(options.solutions)
-    _warn_of_look_alikes(jobs, names=not options.no_names)
-    _warn_of_old_labels(jobs, options.misconceptions)
+    _warn_of_look_alikes(handed_in, names=not options.no_names)
+    _warn_of_old_labels(handed_in, options.misconceptions)
+
+
+def safe_wall(handed_in: Sequence[Submission], options: argparse.Namespace) -> Sandbox:
+    """Choose where student code runs, and refuse to grade where it could read what it must not.
+
+    Raises:
+        WrongUse: it could, no sandbox works, or a package that is allowed is not installed.
+    """
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
-    refuse_unsafe(jobs, options, wall)
-    with graders(options) as (found, at_once), batch.locked(options.out):
-        journal = open_journal(options.out, options.seed)
-        if any(job.key not in journal.graded for job in jobs):
-            _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
-        with progress.shown(len(jobs)) as step:
-            graded = batch.grade(
-                jobs,
-                out=options.out,
-                run=journal,
-                wall=wall,
-                workers=at_once,
-                report=lambda graded: step(),
-                graders=found,
-                naming=Namer(options.misconceptions),
-            )
-        marks = [item.load() for item in graded]
-        recording.record_new(gradebook, journal, jobs, marks, wall)
-    _tell(graded, marks, gradebook, options)
-    return 1 if any(item.status == "failed" for item in graded) else 0
+    kept = [options.misconceptions] if options.misconceptions.is_dir() else []
+    folders = [options.solutions, options.out, *kept, *map(_folder_of_students, handed_in)]
+    exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, wall)
+    return wall
 
 
-def _warn_of_old_labels(jobs: Sequence[Job], folder: Path) -> None:
+def _grade(
+    handed_in: Sequence[Submission],
+    journal: Journal,
+    wall: Sandbox,
+    found: Graders,
+    at_once: int,
+    options: argparse.Namespace,
+) -> list[Graded]:
+    if any(one.key not in journal.graded for one in handed_in):
+        _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
+    with progress.shown(len(handed_in)) as step:
+        return batch.grade(
+            handed_in,
+            out=options.out,
+            run=journal,
+            wall=wall,
+            workers=at_once,
+            report=lambda graded: step(),
+            graders=found,
+            naming=tables.namer(options.misconceptions),
+        )
+
+
+def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
     """Say where labels were made for other tests, and none are given."""
     for name, tests in sorted({(job.assignment.name, job.tests) for job in jobs}):
         there = (folder / f"{name}.json").is_file()
-        if there and known.read(folder, name, tests) is None:
+        if there and tables.read_made(folder, name, tests) is None:
             print(
                 f"note: {name} has other tests than when its misconceptions were looked for: "
                 "run autograder misconceptions again to have wrong answers named.",
@@ -131,20 +161,9 @@ def _warn_of_old_labels(jobs: Sequence[Job], folder: Path) -> None:
             )
 
 
-def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbox) -> None:
-    """Refuse to grade where student code could read what it must not.
-
-    Raises:
-        WrongUse: it could, or a package that an assignment allows is not installed.
-    """
-    kept = [options.misconceptions] if options.misconceptions.is_dir() else []
-    folders = [options.solutions, options.out, *kept, *map(_folder_of_students, jobs)]
-    allowed.refuse_unsafe([job.assignment for job in jobs], folders, wall)
-
-
-def _folder_of_students(job: Job) -> Path:
+def _folder_of_students(job: Submission) -> Path:
     """Return the folder of students' work: a student's own path may be a link to anywhere."""
-    is_notebook = job.path.suffix == submissions.NOTEBOOK
+    is_notebook = submission.is_notebook(job.path.name)
     return job.path.parent if is_notebook else job.path.parents[1]
 
 
@@ -206,7 +225,7 @@ def _counts(graded: Sequence[Graded]) -> str:
     )
 
 
-def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Job]:
+def _find(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Submission]:
     # Not resolve(): a link must not choose the student.
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths))
     for path in submissions.missing(paths):
@@ -226,7 +245,7 @@ def _find_jobs(options: argparse.Namespace, gradebook: places.Gradebook) -> list
     for sentence in sentences:
         print(f"left out: {sentence}", file=sys.stderr)
     load = functools.cache(lambda name: _load(options.solutions / name))
-    return [Job(claim.student, *load(claim.assignment), claim.path) for claim in claims]
+    return [Submission(claim.student, *load(claim.assignment), claim.path) for claim in claims]
 
 
 def _load(folder: Path) -> tuple[Assignment, Path]:
@@ -254,7 +273,7 @@ def _taken(options: argparse.Namespace, gradebook: places.Gradebook) -> Places:
     return Places(folders, {path.name for path in there} - folders - own, own)
 
 
-def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
+def _warn_of_look_alikes(jobs: Sequence[Submission], *, names: bool) -> None:
     for group in submission.look_alike(job.student for job in jobs):
         # ascii(): as text no one could tell one from the other.
         who = " and ".join(map(ascii, group)) if names else f"{len(group)} students' names"

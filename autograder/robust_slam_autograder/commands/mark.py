@@ -43,10 +43,12 @@ def _points(text: str) -> float:
 def run(options: argparse.Namespace) -> int:
     """Enter the points in the gradebook."""
     layout.refuse_unmoved(options.out)
-    from robust_slam_autograder.nbgrader import by_hand  # the student's install lacks nbgrader
+    from robust_slam_autograder.nbgrader import (
+        marks_by_hand,  # the student's install lacks nbgrader
+    )
 
     (name,) = assignments.find_names(options.solutions, [options.assignment])
-    change = by_hand.enter(
+    change = marks_by_hand.enter(
         places.gradebook(options),
         assignments.load(assignments.notebook_path(options.solutions / name)),
         student=options.student,
@@ -58,8 +60,8 @@ def run(options: argparse.Namespace) -> int:
     replaced = f", in place of {tidy(change.before):+}" if change.before else ""
     print(
         f"{one_line(options.student)}/{name}, {options.exercise}: {tidy(change.by_tests)} by the "
-        f"tests, {change.after:+} by hand{replaced}: {now} of {tidy(change.max_score)} points. "
-        f"The assignment has {change.total} of {change.total_max}. "
+        f"tests, {change.after:+} by hand{replaced}: {now}/{tidy(change.max_score)} points. "
+        f"The assignment has {change.total}/{change.total_max}. "
         "`autograder feedback` and `report` bring the pages up to date."
     )
     return 0

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.misconceptions import known, survey
-from robust_slam_autograder.misconceptions.bench import Setting
-from robust_slam_autograder.misconceptions.known import Known
-from robust_slam_autograder.misconceptions.tables import Table
+from robust_slam_autograder.misconceptions import survey, tables
+from robust_slam_autograder.misconceptions.tables import Known, Table
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.labelled import Answer
@@ -30,27 +27,19 @@ def run(options: argparse.Namespace) -> int:
     for name in assignments.find_names(options.solutions, options.names):
         tests = assignments.notebook_path(options.solutions / name)
         answers = _answers(options.answers, name)
-        before = known.read(options.to, name, tests)
-        if before is not None and before.answers == known.digest_of_answers(answers):
+        before = tables.read_made(options.to, name, tests)
+        if before is not None and before.answers == tables.digest_of_answers(answers):
             print(f"{name}: unchanged")
             continue
         assignment = assignments.load(tests)
-        setting = Setting(tests, assignment)
         found: dict[str, Table] = {}
         for exercise in assignment.exercises:
-            found[exercise] = _survey(setting, exercise, answers)
+            found[exercise] = survey.survey(tests, assignment, exercise, answers)
             count = sum(map(bool, found[exercise].values()))
             print(f"{name}, {exercise}: {count} ways to be wrong", flush=True)
-        digests = known.digest(tests), known.digest_of_answers(answers)
-        known.write(options.to, name, Known(*digests, found))
+        digests = tables.digest(tests), tables.digest_of_answers(answers)
+        tables.write_made(options.to, name, Known(*digests, found))
     return 0
-
-
-def _survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:
-    try:
-        return survey.survey(setting, exercise, answers)
-    except ValueError as error:
-        raise WrongUse(f"{setting.path}: {error}: fix that first.") from error
 
 
 def _answers(folder: Path | None, name: str) -> list[Answer]:

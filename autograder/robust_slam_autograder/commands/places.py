@@ -13,7 +13,7 @@ from typing import Any, TextIO
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading import pythons
-from robust_slam_autograder.grading.by_hand import Entered
+from robust_slam_autograder.grading.entered_by_hand import Entered
 from robust_slam_autograder.lms import roster as rosters
 from robust_slam_autograder.lms import systems
 from robust_slam_autograder.lms.roster import Roster, Row
@@ -145,7 +145,9 @@ def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
     Raises:
         WrongUse: the gradebook cannot be reached.
     """
-    from robust_slam_autograder.nbgrader import by_hand as marks  # it takes its time to import
+    from robust_slam_autograder.nbgrader import (
+        marks_by_hand as marks,  # it takes its time to import
+    )
 
     location = gradebook(options)
 

@@ -6,12 +6,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from robust_slam_autograder import layout, sandbox
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
-from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.regrading import Plan, Trial
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reports import changes
 from robust_slam_autograder.reports.changes import Regrade
 
@@ -43,8 +43,7 @@ def run(options: argparse.Namespace) -> int:
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
-    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
-    grade.refuse_unsafe(plan.jobs, options, wall)
+    wall = grade.safe_wall(plan.jobs, options)
     gradebook = places.gradebook(options)
     with grade.graders(options) as (graders, at_once), batch.locked(options.out):
         journal = open_journal(options.out, None)
@@ -57,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=at_once,
                 report=step,
                 graders=graders,
-                naming=Namer(options.misconceptions),
+                naming=tables.namer(options.misconceptions),
             )
         found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:

@@ -11,9 +11,9 @@ from urllib.parse import quote
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import Refused, WrongUse
-from robust_slam_autograder.grading import results, tasks
-from robust_slam_autograder.grading.by_hand import Entered
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading import results, submissions
+from robust_slam_autograder.grading.entered_by_hand import Entered
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.lms import marking
 from robust_slam_autograder.lms.marking import Marking
 from robust_slam_autograder.markup import visible
@@ -131,17 +131,17 @@ def _alike(name: str, students: Iterable[str], options: argparse.Namespace) -> A
     for student in students:
         path = options.submitted / student / name
         there = there or path.is_dir()
-        for cell, text in _texts(Job(student, assignment, tests, path)).items():
+        for cell, text in _texts(Submission(student, assignment, tests, path)).items():
             answers[cell][student] = text
     if not there:
         raise WrongUse(f"{options.submitted} has no submission of {name}: say --submitted DIR.")
     return similar.find(answers, {cell: given[cell].source for cell in cells})
 
 
-def _texts(job: Job) -> dict[str, str]:
+def _texts(job: Submission) -> dict[str, str]:
     """Return by solution cell what a student wrote; nothing where the notebook is unreadable."""
     try:
-        found = submission.collect(tasks.read(job).cells(), job.assignment)
+        found = submission.collect(submissions.read(job).cells(), job.assignment)
     except Refused:
         return {}
     texts: dict[str, list[str]] = {}

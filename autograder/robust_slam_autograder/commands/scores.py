@@ -84,6 +84,8 @@ def _given(path: Path) -> list[tuple[str, str]]:
 
 def _text(path: Path) -> str:
     try:
+        if path.lstat().st_nlink > 1:
+            return "(a file with another name elsewhere)"
         return read_bytes(path)[:_LONGEST].decode("utf-8-sig", errors="replace").strip()
     except Refused:
         return "(no plain file)"

@@ -19,7 +19,6 @@ from robust_slam_autograder.reading import submission
 LAYOUT = "submitted"
 """nbgrader's folder of the students' folders."""
 MACOS = "__MACOSX"
-NOTEBOOK = ".ipynb"
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ class Reader:
                     "is in another student's folder: name folders <student>/<assignment>/ alone."
                 )
             student = path.parent.name
-        elif path.suffix != NOTEBOOK or stat.S_ISDIR(mode):
+        elif not submission.is_notebook(path.name) or stat.S_ISDIR(mode):
             raise _LeftOut(_odd(path, mode))
         elif self._owner(path).parent in roots or self._is_students(path.parent):
             raise _LeftOut(self._misplaced(path))
@@ -176,7 +175,7 @@ class Reader:
         """Return folders whose folders are students', as far as these paths tell."""
         in_layout = [path for path, mode in modes.items() if self._is_in_layout(path, mode)]
         others = modes.keys() - set(in_layout)
-        owners = {self._owner(path) for path in others if path.suffix == NOTEBOOK}
+        owners = {self._owner(path) for path in others if submission.is_notebook(path.name)}
         parents = [owner.parent for owner in owners]
         # Notebooks in several folders side by side: each folder is a student's.
         several = {folder for folder in parents if parents.count(folder) > 1}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
 from robust_slam_autograder.errors import GraderFailure
@@ -19,8 +19,7 @@ from robust_slam_autograder.protocol.channel import (
 )
 from robust_slam_autograder.protocol.channel import Fault as ChannelFault
 from robust_slam_autograder.protocol.wire import Handle, WireError
-from robust_slam_autograder.reading.assignment import Piece
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
+from robust_slam_autograder.reading.assignment import Assignment, Piece
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 
@@ -51,30 +50,9 @@ class StudentError(Exception):
         return str(self.args[0]) if self.args else ""
 
 
-@dataclass(frozen=True)
-class Program:
-    """What an untrusted process runs before it answers calls."""
-
-    setup: Sequence[Piece]
-    pieces: Sequence[Piece]
-    names: tuple[str, ...]
-    """Names that tests may use."""
-    withheld: tuple[str, ...]
-    packages: tuple[str, ...] = DEFAULT_PACKAGES
-    """What student code may import beside the standard library."""
-    libraries: tuple[str, ...] = ()
-    """Modules that answers are likely to import."""
-
-    @property
-    def preload(self) -> tuple[str, ...]:
-        """List what the process will want: imports of the instructor's cells, and plots."""
-        found = [name for piece in self.setup for name in imported_modules(piece.source)]
-        return tuple(dict.fromkeys([*PRELOAD, *found, *self.libraries]))
-
-
 @dataclass
 class Session:
-    """Runs a program in a sandbox and calls its functions.
+    """Runs the set-up and a student's code in a sandbox, and calls its functions.
 
     A test cell is announced with ``begin``; from its first fault on every call raises
     that fault again, until the next cell begins with a fresh process.
@@ -85,8 +63,9 @@ class Session:
     """
 
     sandbox: Sandbox
-    program: Program
-    limits: Limits
+    assignment: Assignment
+    pieces: Sequence[Piece]
+    """The student's code."""
     total: Deadline
     """Of the whole submission."""
     skip: set[int] = field(default_factory=set)
@@ -97,6 +76,14 @@ class Session:
     _running: Running | None = None
     _channel: Conversation | None = None
     _depth: int = 0
+
+    @property
+    def _preload(self) -> tuple[str, ...]:
+        """List what the process will want: imports of the instructor's cells, and plots."""
+        found = [
+            name for piece in self.assignment.setup for name in imported_modules(piece.source)
+        ]
+        return tuple(dict.fromkeys([*PRELOAD, *found, *self.assignment.libraries]))
 
     def begin(self) -> None:
         """Forget the last cell's fault and make sure that a process runs.
@@ -112,13 +99,13 @@ class Session:
         if self._channel is None:
             self._start()
         self.fault = None
-        self._cell = self.total.meter.start(self.limits.cell_seconds)
+        self._cell = self.total.meter.start(self.assignment.config.limits.cell_seconds)
 
     @property
     def lacks_own_cells(self) -> bool:
         """Tell whether a cell of the student's own hung or died, and is left out."""
-        setup = len(self.program.setup)
-        return any(self.program.pieces[number - setup].own for number in self.skip)
+        setup = len(self.assignment.setup)
+        return any(self.pieces[number - setup].own for number in self.skip)
 
     def time_left(self) -> float:
         """Say how many seconds the present cell surely has; 0 or less where it has none."""
@@ -141,10 +128,10 @@ class Session:
         """
         found: dict[str, Any] = {}
         try:
-            kinds = self._request("kinds", [list(self.program.names)])
+            kinds = self._request("kinds", [list(self.assignment.names)])
         except StudentError:  # our own code does not raise there
             raise self.fail("died") from None
-        for name in self.program.names:
+        for name in self.assignment.names:
             kind = kinds.get(name) if isinstance(kinds, dict) else None
             if not isinstance(kind, str):
                 continue
@@ -154,6 +141,15 @@ class Session:
                 with contextlib.suppress(StudentError):
                     found[name] = self._request("value", [name])
         return found
+
+    def reached(self) -> dict[str, set[str]]:
+        """Return by name the other names that it depends on, as the student's process says."""
+        names = list(self.assignment.names)
+        try:
+            told = self._request("reached", [names])
+            return {name: {*told[name]}.intersection(names) for name in names}
+        except (StudentError, SessionFault, LookupError, TypeError):
+            return {}
 
     def close(self) -> None:
         """End the untrusted process and all that it started."""
@@ -185,7 +181,7 @@ class Session:
         """Call a function of the untrusted process, be it named or handed over before."""
         if self.fault or channel is not self._channel:  # that process has ended
             raise self.fault or SessionFault("died")
-        return self._ask(channel, target, args, kwargs, self.limits.call_seconds)
+        return self._ask(channel, target, args, kwargs, self.assignment.config.limits.call_seconds)
 
     def _ask(
         self,
@@ -229,11 +225,11 @@ class Session:
         if self.total.left() <= 0:
             raise self.fail("timeout")
         launch = Launch(
-            withheld=self.program.withheld,
-            used=self.program.names,
-            cpu_seconds=int(self.limits.notebook_seconds) + 5,
-            preload=self.program.preload,
-            packages=self.program.packages,
+            withheld=self.assignment.config.withheld,
+            used=self.assignment.names,
+            cpu_seconds=int(self.assignment.config.limits.notebook_seconds) + 5,
+            preload=self._preload,
+            packages=self.assignment.config.packages,
         )
         self._running = self.sandbox.start(launch)
         problem = self._running.await_ready()
@@ -245,8 +241,8 @@ class Session:
 
     def _run_program(self, channel: Conversation) -> bool:
         """Read all cells, then run them; False when the student's hung: a fresh start is due."""
-        setup = len(self.program.setup)
-        cells = list(enumerate([*self.program.setup, *self.program.pieces]))
+        setup = len(self.assignment.setup)
+        cells = list(enumerate([*self.assignment.setup, *self.pieces]))
         unreadable: set[int] = set()
         for what in (self._read, self._run):
             for number, piece in cells:
@@ -271,11 +267,11 @@ class Session:
         The student's cells were read before the set-up ran. Where the set-up fails without
         them too, the instructor's cells are to blame; else what was read is.
         """
-        if not isinstance(error, SessionFault) and shows_answers(error, self.program.names):
+        if not isinstance(error, SessionFault) and shows_answers(error, self.assignment.names):
             return
         if isinstance(error, SessionFault) and self.total.left() <= 0:
             raise error
-        if not self.program.pieces:
+        if not self.pieces:
             said = f": {error.kind}" if isinstance(error, SessionFault) else f", fails: {error}"
             raise GraderFailure(f"The instructor's cell, {piece.label}{said.rstrip('.')}.")
         self._try_setup_alone()
@@ -288,8 +284,8 @@ class Session:
             GraderFailure: it fails there too.
         """
         self.close()
-        total = Meter().start(self.limits.notebook_seconds)
-        alone = Session(self.sandbox, replace(self.program, pieces=()), self.limits, total)
+        total = Meter().start(self.assignment.config.limits.notebook_seconds)
+        alone = Session(self.sandbox, self.assignment, (), total)
         try:
             alone.begin()
         finally:
@@ -298,14 +294,26 @@ class Session:
     def _read(self, channel: Conversation, number: int, piece: Piece) -> None:
         args = (number, piece.label, piece.source, piece.own)
         try:
-            self._ask(channel, Handle("name", "read"), args, {}, self.limits.cell_seconds)
+            self._ask(
+                channel,
+                Handle("name", "read"),
+                args,
+                {},
+                self.assignment.config.limits.cell_seconds,
+            )
         except TypeError as error:
             if isinstance(error, StudentError):
                 raise
             raise StudentError(f"the cell cannot be read: {error.__cause__}") from error
 
     def _run(self, channel: Conversation, number: int, piece: Piece) -> None:
-        self._ask(channel, Handle("name", "run"), (number,), {}, self.limits.cell_seconds)
+        self._ask(
+            channel,
+            Handle("name", "run"),
+            (number,),
+            {},
+            self.assignment.config.limits.cell_seconds,
+        )
 
 
 def shows_answers(error: Exception, names: Sequence[str]) -> bool:

@@ -10,6 +10,7 @@ import contextlib
 import fcntl
 import functools
 import os
+import shutil
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -20,17 +21,13 @@ from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import guarded, seeds, trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import marking, results
+from robust_slam_autograder.grading import between_passes, passes, results
 from robust_slam_autograder.grading.journal import Journal
-from robust_slam_autograder.grading.marked import Marked
-from robust_slam_autograder.grading.marking import Step, Whose
-from robust_slam_autograder.grading.naming import Naming, nameless
 from robust_slam_autograder.grading.results import Result, Status
-from robust_slam_autograder.grading.tasks import Fingerprints, Job, Task
-from robust_slam_autograder.grading.waiting import Waiting
-from robust_slam_autograder.reading import answers, submission
+from robust_slam_autograder.grading.submissions import Fingerprints, Outcome, Submission
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reading.source import imported_modules, needed
+from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Sandbox
 
 LOCK_NAME = ".lock"
@@ -52,18 +49,20 @@ class Terms:
     """Modules that trusted processes need."""
 
 
-Graders = Callable[[Terms, Iterable[Task], int], Iterator[tuple[Task, Marked | Broken]]]
+Graders = Callable[
+    [Terms, Iterable[Submission], int], Iterator[tuple[Submission, Outcome | Broken]]
+]
 """Runs each task's next pass and gives the answers as they come; the tasks are taken one by one.
 The number says how many run at once; with 1 each is graded alone on its machine."""
 
 
 def processes(
-    terms: Terms, tasks: Iterable[Task], at_once: int
-) -> Iterator[tuple[Task, Marked | Broken]]:
+    terms: Terms, tasks: Iterable[Submission], at_once: int
+) -> Iterator[tuple[Submission, Outcome | Broken]]:
     """Run each task's next pass in a trusted process of its own on this machine."""
     return trusted.run_each(
         tasks,
-        functools.partial(grade_task, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
+        functools.partial(run_pass, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
         at_once=at_once,
         seconds=patience,
         preload=terms.preload,
@@ -83,6 +82,15 @@ class Graded:
     def load(self) -> Result:
         """Read the result from its file."""
         return results.read(self.path)
+
+
+Naming = Callable[[Submission, Result], Result]
+"""Names what the visible pass over a submission has found wrong."""
+
+
+def nameless(job: Submission, result: Result) -> Result:
+    """Name nothing."""
+    return result
 
 
 @contextlib.contextmanager
@@ -109,7 +117,7 @@ def locked(out: Path) -> Iterator[None]:
 
 
 def grade(
-    jobs: Sequence[Job],
+    jobs: Sequence[Submission],
     *,
     out: Path,
     run: Journal,
@@ -141,7 +149,7 @@ def grade(
     done: dict[str, Graded] = {}
     due = []
     for job in jobs:
-        reused = _reused(out, job, run, prints.of)
+        reused = _reused(out, job, run, prints)
         if reused is None:
             due.append(job)
         else:
@@ -149,23 +157,23 @@ def grade(
             report(reused)
     terms = Terms(run.seed, wall, tuple(preload(due)))
     at_once = min(workers, len(due))
-    kept = Waiting(out / WAITING_NAME)
-    run_pass = functools.partial(graders, terms)
-    with closing(_grade_all(due, prints, kept, run_pass, at_once, naming)) as graded:
-        for task, marked in graded:
-            run.forget(task.job.key)
-            path = results.write(out, marked.result)
-            if marked.result.status != "failed":
-                run.remember(task.job.key, task.fingerprint)
-            done[task.job.key] = Graded(path, marked.result.status, reused=False)
-            report(done[task.job.key])
-    kept.remove()
+    kept = out / WAITING_NAME
+    next_pass = functools.partial(graders, terms)
+    with closing(_grade_all(due, prints, kept, next_pass, at_once)) as graded:
+        for one, found in graded:
+            run.forget(one.key)
+            path = results.write(out, naming(one, found.result))
+            if found.result.status != "failed":
+                run.remember(one.key, one.fingerprint)
+            done[one.key] = Graded(path, found.result.status, reused=False)
+            report(done[one.key])
+    shutil.rmtree(kept, ignore_errors=True)
     return [done[job.key] for job in jobs]
 
 
-def _reused(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]) -> Graded | None:
+def _reused(out: Path, job: Submission, run: Journal, prints: Fingerprints) -> Graded | None:
     """Return a submission's result where nothing that it depends on has changed."""
-    if job.key not in run.graded or run.graded[job.key] != fingerprint(job):
+    if job.key not in run.graded or run.graded[job.key] != prints.read(job).fingerprint:
         return None
     path = results.path_of(out, job.student, job.assignment.name)
     try:
@@ -174,128 +182,121 @@ def _reused(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]
         return None
 
 
-_RunPass = Callable[[Iterable[Task], int], Iterator[tuple[Task, Marked | Broken]]]
-"""Runs the next pass of tasks, so many at once."""
+_RunPass = Callable[[Iterable[Submission], int], Iterator[tuple[Submission, Outcome | Broken]]]
+"""Runs the next pass of submissions, so many at once."""
 
 
 def _grade_all(
-    jobs: Iterable[Job],
-    prints: Fingerprints,
-    waiting: Waiting,
-    run_pass: _RunPass,
-    at_once: int,
-    naming: Naming,
-) -> Generator[tuple[Task, Marked], None, None]:
+    jobs: Iterable[Submission], prints: Fingerprints, kept: Path, run_pass: _RunPass, at_once: int
+) -> Generator[tuple[Submission, Outcome], None, None]:
     """Grade submissions in two rounds: all visible passes first, and only then hidden ones.
 
     Every text that a student sees is made in the first round. So nothing that a hidden pass
     leaves behind on the machine can reach a text, be it of the same student or of another.
     """
-    seen: list[Job] = []
+    seen: list[Submission] = []
 
-    def unseen() -> Iterator[Task]:
-        for task in map(prints.task, jobs):
-            if waiting.seen(task):
-                seen.append(task.job)
+    def unseen() -> Iterator[Submission]:
+        for job in jobs:
+            one = prints.read(job)
+            if between_passes.has_seen(kept, one):
+                seen.append(job)
             else:
-                yield task
+                yield one
 
-    for task, marked in _round(unseen(), waiting, run_pass, at_once):
-        named = naming(task.job, marked)
-        if named.is_whole:
-            yield task, named
+    for one, found in _round(unseen(), kept, run_pass, at_once):
+        if found.is_whole:
+            yield one, found
         else:
-            waiting.put(replace(task, seen=named))
-            seen.append(task.job)
-    yield from _round(map(waiting.get, seen), waiting, run_pass, at_once)
+            between_passes.put(kept, replace(one, seen=found))
+            seen.append(replace(one, data=b""))
+    again = (between_passes.get(kept, one) for one in seen)
+    yield from _round(again, kept, run_pass, at_once)
 
 
 def _round(
-    tasks: Iterable[Task],
-    waiting: Waiting,
-    run_pass: _RunPass,
-    at_once: int,
-) -> Iterator[tuple[Task, Marked]]:
+    given: Iterable[Submission], kept: Path, run_pass: _RunPass, at_once: int
+) -> Iterator[tuple[Submission, Outcome]]:
     """Run a pass of some submissions at once, and then, alone, of those that ran into a limit.
 
     A busy machine may be why they did, and a mark must not depend on the neighbours.
     """
     again = []
-    for task, marked in _marked(run_pass(tasks, at_once)):
-        if at_once > 1 and marked.doubtful:
-            waiting.put(task)
-            again.append(task.job)
+    for one, found in _ended(run_pass(given, at_once)):
+        if at_once > 1 and found.doubtful:
+            between_passes.put(kept, one)
+            again.append(replace(one, data=b""))
         else:
-            yield task, marked
-    yield from _marked(run_pass(map(waiting.get, again), 1))
+            yield one, found
+    alone = (between_passes.get(kept, one) for one in again)
+    yield from _ended(run_pass(alone, 1))
 
 
-def _marked(
-    answers: Iterable[tuple[Task, Marked | Broken]],
-) -> Iterator[tuple[Task, Marked]]:
-    for task, answer in answers:
+def _ended(
+    answers: Iterable[tuple[Submission, Outcome | Broken]],
+) -> Iterator[tuple[Submission, Outcome]]:
+    for one, answer in answers:
         if isinstance(answer, Broken):
-            reason = f"The grader {answer.how} on this submission."
-            answer = _without_grade("failed", reason, task.job)
-        yield task, answer
+            answer = _without_grade("failed", f"The grader {answer.how} on this submission.", one)
+        yield one, answer
 
 
-def preload(jobs: Sequence[Job]) -> list[str]:
+def preload(jobs: Sequence[Submission]) -> list[str]:
     """Return modules that trusted processes want for these submissions."""
     used = {job.assignment.name: job.assignment for job in jobs}
     return [*PRELOAD, *(name for assignment in used.values() for name in _imported(assignment))]
 
 
 def _imported(assignment: Assignment) -> Iterator[str]:
-    """Return modules that tests import, and the cells that they rely on."""
+    """Return modules that tests import, and the locked cells that they rely on."""
     whole = [piece.source for piece in assignment.setup if not piece.own]
     whole += [*assignment.imports, *(case.full for case in assignment.cases)]
-    own = [piece.source for piece in assignment.setup if piece.own]
-    for source in [*whole, needed(own, whole)]:
+    for source in whole:
         yield from imported_modules(source)
 
 
-def patience(task: Task) -> float:
+def patience(one: Submission) -> float:
     """Return seconds after which a submission's trusted process is ended."""
-    return task.job.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
+    return one.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
 
 
-def grade_task(
-    task: Task, *, seed: int, wall: Sandbox, run: guarded.Run[Step] = guarded.plain
-) -> Marked:
+def run_pass(
+    one: Submission, *, seed: int, wall: Sandbox, run: passes.Run = guarded.plain
+) -> Outcome:
     """Run a submission's next pass; a refusal or a failure is a result too.
 
     Args:
-        task: the submission; with its visible pass seen the hidden one is next.
+        one: the submission; with its visible pass seen the hidden one is next.
         seed: the batch's secret.
         wall: where student code runs.
         run: what runs the test cells.
     """
-    job, handed = task.job, task.handed
     try:
-        cells = handed.cells()
-        code = submission.collect(cells, job.assignment)
-        code = replace(code, notes=handed.notes + code.notes)
-        whose = Whose(job.student, job.assignment, code, task.town)
-        if task.seen is None:
-            marked = marking.look(whose, sandbox=wall, run=run)
+        cells = one.cells()
+        code = submission.collect(cells, one.assignment)
+        if code.foreign:
+            raise Refused(code.foreign)
+        code = replace(code, notes=one.notes + code.notes)
+        whose = one.student, one.assignment, code, one.town
+        if one.seen is None:
+            found = passes.look(*whose, sandbox=wall, run=run)
         else:
-            own = seeds.of_submission(seed, handed.data)
-            marked = marking.finish(whose, task.seen, seed=own, sandbox=wall, run=run)
-        result = replace(marked.result, texts=answers.texts(job.assignment, cells))
-        return replace(marked, result=result)
+            own = seeds.of_submission(seed, one.data)
+            found = passes.finish(*whose, one.seen, seed=own, sandbox=wall, run=run)
+        texts = submission.texts(one.assignment, cells)
+        return replace(found, result=replace(found.result, texts=texts))
     except Refused as error:
-        return _without_grade("refused", str(error), job)
+        return _without_grade("refused", str(error), one)
     except GraderFailure as error:
-        return _without_grade("failed", str(error), job)
+        return _without_grade("failed", str(error), one)
     except Exception as error:  # a batch goes on after anything
         # Where, and not its words: they may hold hidden inputs, and this may be a public log.
         traceback.print_tb(error.__traceback__)
         what = f"The grader failed on this submission ({type(error).__name__})."
-        return _without_grade("failed", what, job)
+        return _without_grade("failed", what, one)
 
 
-def _without_grade(status: results.Status, reason: str, job: Job) -> Marked:
+def _without_grade(status: results.Status, reason: str, job: Submission) -> Outcome:
     result = results.without_grade(
         status,
         reason,
@@ -303,7 +304,7 @@ def _without_grade(status: results.Status, reason: str, job: Job) -> Marked:
         assignment=job.assignment.name,
         max_score=job.assignment.max_score,
     )
-    return Marked(result, doubtful=status == "failed")
+    return Outcome(result, doubtful=status == "failed")
 
 
 def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
@@ -316,7 +317,7 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
 
 
 def unrecorded(
-    jobs: Sequence[Job], marks: Sequence[Result], run: Journal, recorded: Mapping[str, str]
+    jobs: Sequence[Submission], marks: Sequence[Result], run: Journal, recorded: Mapping[str, str]
 ) -> dict[str, Result]:
     """By key the results that the gradebook does not have yet, failures of the grader apart.
 

@@ -11,7 +11,7 @@ import os
 import signal
 import types
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
@@ -23,17 +23,13 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     shows_answers,
 )
-from robust_slam_autograder.grading import causes, explain, pythons, wording
+from robust_slam_autograder.grading import explain, likely_causes, messages, pythons, returned
 from robust_slam_autograder.grading.explain import Returned
+from robust_slam_autograder.grading.messages import FAULT_SENTENCES, Told
 from robust_slam_autograder.grading.results import Ending
-from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
-from robust_slam_autograder.misconceptions import shapes
-from robust_slam_autograder.misconceptions.prints import Trace
-from robust_slam_autograder.misconceptions.shapes import Seen
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
-    called_by,
     compiled,
     names_read,
     plain_python,
@@ -62,12 +58,12 @@ class Cases:
     """Calls of the student's functions, recorded in the visible pass alone."""
     python: tuple[int, int] | None = None
     """The student's own, where the notebook says it."""
-    trace: Trace = field(default_factory=Trace)
-    """What the student's functions returned in the case that runs, in the visible pass alone."""
-    seen: dict[str, Seen] = field(default_factory=dict)
-    """By grade id, of visible cases that failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
+    _reached: dict[str, set[str]] = field(default_factory=dict)
+    """By a name that students define, in the visible pass, the others that it depends on."""
+    _failed: dict[str, None] = field(default_factory=dict)
+    """The exercises of which a case did not pass, in their order."""
 
     def run(self, faults: Endings) -> Iterator[_Event]:
         """Run the cases in order; after a fault the rest of its exercise is lost.
@@ -95,29 +91,41 @@ class Cases:
                 lost[case.exercise] = ending
                 if ending is Ending.TIMEOUT and self.calls is not None:
                     lost |= self._stop_callers(case, lost)
+            if ending is not Ending.PASSED:
+                self._failed[case.exercise] = None
             yield case, ending, error
 
     def _stop_callers(self, hung: Case, lost: Endings) -> Endings:
         """Return the exercises that are stopped, because their code calls what has hung."""
-        slow = set(self.assignment.names_of(hung.exercise))
-        sources = [piece.source for piece in self.session.program.pieces]
         for exercise in self.assignment.exercises:
-            names = self.assignment.names_of(exercise)
-            called = slow & called_by(names, sources)
-            if called and slow.isdisjoint(names) and exercise not in lost:
+            called = self._called(exercise, hung.exercise)
+            if called and exercise not in lost:
                 self.stopped[exercise] = min(called)
         return dict.fromkeys(self.stopped, Ending.TIMEOUT)
+
+    def _called(self, exercise: str, other: str) -> set[str]:
+        """Return the functions of another exercise that one depends on."""
+        mine, theirs = (set(self.assignment.names_of(one)) for one in (exercise, other))
+        found = theirs & {called for name in mine for called in self._reached.get(name, ())}
+        return found if mine.isdisjoint(theirs) else set()
 
     def explain(self, case: Case, ending: Ending, error: Exception | None) -> Told:
         """Say to the student how a case ended in the visible pass.
 
         What is explained came from student code, so the explanation itself may fail.
         """
+        seen: tuple[str, ...] | None = None if case.has_town or ending is Ending.PASSED else ()
         try:
             with self._bounded():
-                return self._explained(case, ending, error)
+                if seen is not None and ending is Ending.FAILED and self.calls is not None:
+                    raised = isinstance(error, StudentError)
+                    seen = returned.digests(self.calls.made, raised=raised)
+                told = self._explained(case, ending, error)
+            guilty = [one for one in self._failed if self._called(case.exercise, one)]
+            told = told.beside(*(messages.CALLS.format(case.exercise, one) for one in guilty[:1]))
         except (Exception, SessionFault):
-            return wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
+            told = messages.own(FAULT_SENTENCES.get(ending, messages.UNEXPLAINED))
+        return replace(told, returned=seen)
 
     @contextlib.contextmanager
     def _bounded(self) -> Iterator[None]:
@@ -129,16 +137,16 @@ class Cases:
         errors, owner = self.session.errors, self.assignment.owner
         cell_error = errors.get(owner(case.exercise))
         if ending.is_fault and case.exercise in self.stopped:
-            return wording.own(wording.STOPPED.format(self.stopped[case.exercise]))
+            return messages.own(messages.STOPPED.format(self.stopped[case.exercise]))
         if error is None or isinstance(cell_error, SessionFault):
-            return wording.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
+            return messages.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
         if isinstance(error, NameError) and self.session.lacks_own_cells:
-            return wording.left_out(error)
+            return messages.left_out(error)
         if isinstance(error, NameError) and not isinstance(error, StudentError):
             cell_error = errors.get(owner(error.name or ""), cell_error)
-            told = wording.undefined(error, cell_error)
+            told = messages.undefined(error, cell_error)
             return told.further(self._cause(case, cell_error))
-        told = wording.message(error, self.sources[case.grade_id], case, self._owners())
+        told = messages.message(error, self.sources[case.grade_id], case, self._owners())
         if cause := self._cause(case, error):
             return told.further(cause)
         returned = self._returned(case, error)
@@ -162,15 +170,15 @@ class Cases:
         if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
             return ""
         owner = self.assignment.owner(case.exercise)
-        cell = self._cells().get(wording.elsewhere(error, self._owners()) or owner, "")
-        told = causes.of(error, cell, self.assignment.config.causes)
+        cell = self._cells().get(messages.elsewhere(error, self._owners()) or owner, "")
+        told = likely_causes.of(error, cell, self.assignment.config.causes)
         own = self.session.errors.get(OWN)
         if isinstance(error, NameError) and isinstance(own, StudentError):
-            error, told = own, told + wording.lost(own)
-        return told + pythons.remark(error, self.python, self.session.program.pieces)
+            error, told = own, told + messages.lost(own)
+        return told + pythons.remark(error, self.python, self.session.pieces)
 
     def _cells(self) -> dict[str, str]:
-        return {piece.label: piece.source for piece in self.session.program.pieces}
+        return {piece.label: piece.source for piece in self.session.pieces}
 
     def _owners(self) -> dict[str, str]:
         """Return the cell that each function belongs to."""
@@ -180,7 +188,7 @@ class Cases:
         found = {}
         for case in self.assignment.cases:
             try:
-                found[case.grade_id] = compiled(self.sources[case.grade_id], wording.label(case))
+                found[case.grade_id] = compiled(self.sources[case.grade_id], messages.label(case))
             except (SyntaxError, ValueError) as error:
                 what = f"The test cell {case.grade_id} is no Python: {error}."
                 raise GraderFailure(what) from error
@@ -202,7 +210,8 @@ class Cases:
         self.session.begin()
         bindings = self.session.bindings()
         if self.calls is not None:
-            bindings = self.calls.watched(self.trace.watched(bindings))
+            self._reached.update(self.session.reached())
+            bindings = self.calls.watched(bindings)
         notebook.names.update(bindings)
         return notebook.names
 
@@ -232,8 +241,7 @@ class Cases:
             return Ending(fault.kind), None
         namespace["rng"] = case_generator(self.seed, case.grade_id)
         if self.calls is not None:
-            self.calls.begin(wording.label(case), namespace)
-            self.trace.begin()
+            self.calls.begin(messages.label(case), namespace)
         before = dict(namespace)
         try:
             with self._bounded():
@@ -244,21 +252,11 @@ class Cases:
             if isinstance(error, MemoryError):
                 namespace.clear()  # what the test gathered is not to cost the cases that follow
                 namespace.update(before)
-            ending = known or self._ending(case)
-            if ending is Ending.FAILED:
-                self._note(case)
-            return ending, None if known else error
+            return known or self._ending(case), None if known else error
         if known or session.fault is None:
             return known or Ending.PASSED, None
         # A test may have swallowed the fault with a bare except.
         return Ending(session.fault.kind), None
-
-    def _note(self, case: Case) -> None:
-        """Note what a visible case saw that failed, as far as it can be compared."""
-        if self.calls is None:
-            return
-        with contextlib.suppress(Exception, SessionFault), self._bounded():
-            self.seen[case.grade_id] = shapes.seen_by(self.trace)
 
     def _ending(self, case: Case) -> Ending:
         """Say how a case ended whose test raised."""

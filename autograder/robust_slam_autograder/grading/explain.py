@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from robust_slam_autograder.grading.causes import NAN, NO_VALUE
+from robust_slam_autograder.grading.likely_causes import NAN, NO_VALUE
 from robust_slam_autograder.grading.results import Compared
 
 HERE = "Here, "

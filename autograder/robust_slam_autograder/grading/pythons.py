@@ -16,9 +16,16 @@ from robust_slam_autograder.reading.assignment import Piece
 from robust_slam_autograder.student.imports import REFUSED
 
 OURS = sys.version_info[:2]
+MAX_LINE = 200
 _MAY_BE_NEW = (SyntaxError, ImportError, AttributeError)
-_PLACES = sorted({sys.prefix, sys.base_prefix, *sys.path} - {"", "/"}, key=len, reverse=True)
-_PATH = re.compile(rf"(?:{'|'.join(map(re.escape, _PLACES))})(?:/[^\s'\"()/]+)*/")
+_NEW_GRAMMAR = {
+    (3, 12): r"type\s+\w+.*=|(?:async\s+)?(?:def|class)\s+\w+\s*\[|.*\b(?:f|rf|fr)[\"'].*\{",
+    (3, 14): r"except\b[^(\n]*,|.*\bt[\"']",
+}
+"""By the Python that knows it first, how a line looks that an older one cannot read."""
+_FOLDERS = {sys.prefix, sys.base_prefix, *sys.path} - {"", "/"}
+_PLACES = sorted({*_FOLDERS, *map(os.path.realpath, _FOLDERS)}, key=len, reverse=True)
+_PATH = re.compile(rf"(?:{'|'.join(map(re.escape, _PLACES))})(?:(?:/[^\s'\"()/]+)*/|(?![\w.-]))")
 
 
 def shown(version: tuple[int, ...]) -> str:
@@ -28,7 +35,7 @@ def shown(version: tuple[int, ...]) -> str:
 
 def without_paths(text: str) -> str:
     """Return a text in which files of this machine's Python have no folder."""
-    return _PATH.sub("", text)
+    return _PATH.sub(lambda found: "" if found[0].endswith("/") else "…", text)
 
 
 def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequence[Piece]) -> str:
@@ -44,7 +51,9 @@ def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequenc
     )
     own = (piece.source for piece in pieces if piece.own)
     is_lost = name and any(re.search(rf"\b{name[1]}\b", source) for source in own)
-    if written is None and isinstance(error, _MAY_BE_NEW[:2]) and REFUSED not in str(error):
+    is_new = isinstance(error, SyntaxError) and _looks_new(error, pieces)
+    is_new |= isinstance(error, ImportError) and REFUSED not in str(error)
+    if written is None and is_new:
         return f"\n{shown(OURS)} runs it here: what only a newer one knows fails."
     if written is None or written <= OURS or not (is_lost or isinstance(error, _MAY_BE_NEW)):
         return ""
@@ -52,6 +61,13 @@ def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequenc
         f"\nYour notebook was written in {shown(written)}, and {shown(OURS)} runs it here: "
         "what is new since then fails."
     )
+
+
+def _looks_new(error: StudentError, pieces: Sequence[Piece]) -> bool:
+    """Tell whether the line that cannot be read has the look of a newer Python's grammar."""
+    looks = "|".join(look for since, look in _NEW_GRAMMAR.items() if since > OURS) or r"(?!)"
+    lines = (piece.source.split("\n")[(error.line or 0) - 1 :][:1] for piece in pieces)
+    return any(re.match(rf"\s*(?:{looks})", text[:MAX_LINE]) for line in lines for text in line)
 
 
 def warning(lab: tuple[int, int] | None) -> str:

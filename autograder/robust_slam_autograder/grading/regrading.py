@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
-from robust_slam_autograder.grading import batch, results, tasks
+from robust_slam_autograder.grading import batch, results, submissions
 from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
-from robust_slam_autograder.grading.naming import Naming, nameless
 from robust_slam_autograder.grading.results import ExerciseResult, Result
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
 
@@ -69,7 +68,7 @@ def _points(exercise: ExerciseResult | None) -> tuple[float, float] | None:
 class Plan:
     """Which submissions of an assignment there are to grade again."""
 
-    jobs: tuple[Job, ...]
+    jobs: tuple[Submission, ...]
     left_out: tuple[str, ...]
     """Students who have a result and no submission where it was looked for."""
 
@@ -102,39 +101,39 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
     there = [one for one in students if os.path.isdir(submitted / one / name)]
     if not there:
         raise WrongUse(f"{submitted} has no submission of {name}: say --submitted DIR.")
-    jobs = (Job(one, assignment, tests, submitted / one / name) for one in there)
+    jobs = (Submission(one, assignment, tests, submitted / one / name) for one in there)
     return Plan(tuple(jobs), tuple(one for one in students if one not in there))
 
 
-def outdated(jobs: Sequence[Job], journal: Journal, wall: Sandbox) -> list[Job]:
+def outdated(jobs: Sequence[Submission], journal: Journal, wall: Sandbox) -> list[Submission]:
     """Return submissions whose result does not follow from today's tests, text and grader."""
-    fingerprint = tasks.Fingerprints(journal.seed, wall, journal.town).of
-    return [job for job in jobs if journal.graded.get(job.key) != fingerprint(job)]
+    read = submissions.Fingerprints(journal.seed, wall, journal.town).read
+    return [job for job in jobs if journal.graded.get(job.key) != read(job).fingerprint]
 
 
 @dataclass(frozen=True)
 class Trial:
     """New results, beside the old ones."""
 
-    jobs: tuple[Job, ...]
+    jobs: tuple[Submission, ...]
     graded: tuple[Graded, ...]
     journal: Journal
     """The new results' own journal."""
 
-    def results(self) -> list[tuple[Job, Result]]:
+    def results(self) -> list[tuple[Submission, Result]]:
         """Return each submission with its new result."""
         return [(job, item.load()) for job, item in zip(self.jobs, self.graded, strict=True)]
 
 
 def attempt(
-    jobs: Sequence[Job],
+    jobs: Sequence[Submission],
     journal: Journal,
     *,
     wall: Sandbox,
     workers: int,
     report: Callable[[], None],
     graders: Graders,
-    naming: Naming = nameless,
+    naming: batch.Naming = batch.nameless,
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
@@ -183,9 +182,9 @@ def compare(trial: Trial, out: Path) -> list[Regraded]:
     ]
 
 
-def _is_newer(job: Job, out: Path) -> bool:
+def _is_newer(job: Submission, out: Path) -> bool:
     try:
-        path, _ = tasks.locate(job)
+        path, _ = submissions.locate(job)
         graded = results.path_of(out, job.student, job.assignment.name)
         return path.stat().st_mtime_ns > graded.stat().st_mtime_ns
     except (Refused, OSError):
@@ -205,7 +204,9 @@ def apply(trial: Trial, journal: Journal) -> None:
             journal.remember(job.key, trial.journal.graded[job.key])
 
 
-def standing(jobs: Sequence[Job], journal: Journal) -> tuple[list[Job], list[Result]]:
+def standing(
+    jobs: Sequence[Submission], journal: Journal
+) -> tuple[list[Submission], list[Result]]:
     """Return submissions whose results hold, with these results."""
     held = [job for job in jobs if job.key in journal.graded]
     paths = [results.path_of(journal.out, job.student, job.assignment.name) for job in held]
@@ -213,8 +214,8 @@ def standing(jobs: Sequence[Job], journal: Journal) -> tuple[list[Job], list[Res
 
 
 def unrecorded(
-    jobs: Sequence[Job], trial: Trial, journal: Journal, recorded: Mapping[str, str]
-) -> list[tuple[Job, Result]]:
+    jobs: Sequence[Submission], trial: Trial, journal: Journal, recorded: Mapping[str, str]
+) -> list[tuple[Submission, Result]]:
     """Return results that hold and are not in the gradebook yet, for a run before was stopped."""
     again = {job.key for job in trial.jobs}
     held, marks = standing([job for job in jobs if job.key not in again], journal)

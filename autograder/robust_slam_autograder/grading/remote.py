@@ -14,10 +14,9 @@ from collections.abc import Iterable, Iterator
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit, may_have_children
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import batch, marked
+from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.batch import Terms
-from robust_slam_autograder.grading.marked import Marked
-from robust_slam_autograder.grading.tasks import Job, Task, code_digest
+from robust_slam_autograder.grading.submissions import Outcome, Submission, code_digest
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 
 UNSANDBOXED = "unsandboxed"
@@ -28,8 +27,8 @@ OTHER_CODE = (
 
 
 def grade(
-    cluster: Cluster, terms: Terms, tasks: Iterable[Task], at_once: int
-) -> Iterator[tuple[Task, Marked | Broken]]:
+    cluster: Cluster, terms: Terms, tasks: Iterable[Submission], at_once: int
+) -> Iterator[tuple[Submission, Outcome | Broken]]:
     """Run each task's next pass on a worker of the cluster that is fit for it.
 
     Raises:
@@ -37,12 +36,12 @@ def grade(
     """
     code, wanted = code_digest(), name_of(terms.wall)
 
-    def call(task: Task) -> Call:
+    def call(task: Submission) -> Call:
         parcel = pickle.dumps((task, terms.seed, terms.preload))
         return grade_on_worker, code, wanted, parcel
 
     for task, answer in cluster.run_each(tasks, call, alone=at_once == 1):
-        yield task, _checked(answer, task.job)
+        yield task, _checked(answer, task)
 
 
 def name_of(wall: Sandbox) -> str:
@@ -59,14 +58,14 @@ def name_of(wall: Sandbox) -> str:
     raise WrongUse(f"Workers know no sandbox {wall.name}.")
 
 
-def _checked(answer: object, job: Job) -> Marked | Broken:
+def _checked(answer: object, job: Submission) -> Outcome | Broken:
     """Read a worker's answer, where it is a result of this submission."""
     match answer:
         case Broken(str()):
             return answer
         case str(text):
             with contextlib.suppress(ValueError):
-                found = marked.from_text(text)
+                found = Outcome.from_text(text)
                 whose = found.result.student, found.result.assignment
                 if whose == (job.student, job.assignment.name):
                     return found
@@ -91,4 +90,4 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> str | Broken | 
     may_have_children()
     task, seed, preloaded = pickle.loads(parcel)
     ((_, answer),) = batch.processes(Terms(seed, wall, preloaded), [task], 1)
-    return answer if isinstance(answer, Broken) else marked.as_text(answer)
+    return answer if isinstance(answer, Broken) else answer.as_text()

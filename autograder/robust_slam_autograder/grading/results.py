@@ -8,7 +8,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, is_dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from types import NoneType
@@ -88,6 +88,8 @@ class CaseResult:
     """The exception's name at the end of the gist, which the student may have chosen."""
     compared: Compared | None = None
     """Of a visible check that failed, where it is known."""
+    returned: tuple[str, ...] | None = field(default=None, compare=False)
+    """Of a visible check that failed, ``returned.digests`` of what came back, to name it."""
 
     @property
     def passed(self) -> bool:
@@ -131,7 +133,7 @@ class Result:
     seconds: float
     exercises: tuple[ExerciseResult, ...]
     texts: Mapping[str, str] | None = None
-    """By grade id ``answers.digest`` of each free-text answer; None where they are not known."""
+    """By grade id ``submission.digest`` of each free-text answer; None where not known."""
 
 
 def tidy(points: float) -> float:

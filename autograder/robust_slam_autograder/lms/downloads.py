@@ -11,23 +11,24 @@ what it drops from a name public/lib/classes/param.php.
 from __future__ import annotations
 
 import io
+import json
 import re
 import stat
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
 
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import durable
 from robust_slam_autograder.lms import roster
 from robust_slam_autograder.lms.roster import Roster, Row
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.notebook import MAX_BYTES
 
-NOTEBOOK = ".ipynb"
 MAX_FILES = 20_000
 MAX_TOTAL_BYTES = 4 * 2**30
 """Of all notebooks of a zip when they are unpacked."""
@@ -45,10 +46,17 @@ _MOODLE_NAMES = (
     *(("Full name",), ("First name", "Last name"), ("First name", "Surname")),
     *(("Vollständiger Name",), ("Vorname", "Nachname")),
 )
+_UNLIKE = "has another name, or number beside it, than the roster's line"
+_NAMED = (
+    "say with --name COLUMN … how the zip's names are made up, or take Moodle's grading worksheet "
+    "as the roster, which has the numbers"
+)
+LEFT_OUT = ".left-out.json"
+"""In the submissions' folder: notebooks that may be anybody's, with the assignment or nothing."""
 _AGAIN = re.compile(r"(-\d+| ?\(\d+\))$")
 """What Canvas and browsers add to a name that they have had before."""
 Keys = Callable[[Row], Iterable[str]]
-"""What may stand in the zip for a line of the roster."""
+"""What may stand in the zip for a line of the roster; behind `?` what may be another's too."""
 Sent = tuple[tuple[str, ...], str, bool]
 """What may tell on the roster whose a file is, the student's own name of it, and if it is late."""
 
@@ -75,34 +83,50 @@ def moodle_sent(path: str) -> list[Sent]:
     Before Moodle 4.1 the folder's name ended in a bar. There may be more folders in it, or, as
     the teacher chose, none: then a bar is before the file's own name.
     The number is the participant's in this assignment; only Moodle's grading worksheet has it.
+    A group's name and a dash may be before the name, and a comma behind the last name.
     """
     found = _MOODLE.search(path.replace("\\", "/"))
-    return [((f"#{found[2]}", _in_zip(found[1])), found[3], False)] if found else []
+    if found is None or path.index("_assignsubmission_file") != found.end(2):
+        return []  # or it is in what looks like another one's
+    said, number = found[1], f"#{found[2]}"
+    names = [_in_zip(said), _in_zip(*said.partition(",")[::-2])]
+    every = [*names, *(_in_zip(said[at.end() :]) for at in re.finditer("-", said))]
+    sure = (f"{number} ", *(f"{number} {name}" for name in every), *names)
+    return [((*sure, f"?{number}", *(f"?{name}" for name in every)), found[3], False)]
 
 
 def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
-    """Return what reads a participant's number and the full name, as it is in the zip.
+    """Return what reads a participant's number and the full name, as they are in the zip.
 
-    The name is made up of the columns of ``names``, or of the usual ones, in both orders.
+    The name is made up of the columns of ``names``, or of the usual ones. In another order it
+    may be another's, and so may a number beside another name.
 
     Raises:
         WrongUse: there is no such column.
     """
     usual = [each for each in _MOODLE_NAMES if set(each) <= set(people.header)]
-    number = [people.header.index("Identifier")] if "Identifier" in people.header else []
-    if not (names or usual or number):
+    identifier = people.header.index("Identifier") if "Identifier" in people.header else None
+    if not (names or usual) and identifier is None:
         raise WrongUse(
             f"{people.path}:1: no column has the names of Moodle's zip. There are "
             f"{people.columns}; wanted are First name and Last name, or Full name: "
             "say with --name COLUMN … which they are here, in the zip's order."
         )
-    orders = [names] if names else [*usual, *(each[::-1] for each in usual)]
-    columns = [[people.column(name, "--name") for name in each] for each in orders]
-
-    return lambda row: [
-        *(f"#{row.cells[n].rpartition(' ')[2]}" for n in number),
-        *filter(None, (_in_zip(*(row.cells[n] for n in each)) for each in columns)),
+    columns = [
+        [people.column(name, "--name") for name in each] for each in ([names] if names else usual)
     ]
+
+    def keys(row: Row) -> list[str]:
+        full = [_in_zip(*(row.cells[n] for n in each)) for each in columns]
+        turned = [_in_zip(*(row.cells[n] for n in each[::-1])) for each in columns]
+        word, _, number = ("" if identifier is None else row.cells[identifier]).rpartition(" ")
+        # Where names are hidden, it is the word for a participant that stands there.
+        hidden = [_in_zip(word), _in_zip(word, number)] if columns else [""]
+        sure = [f"#{number} {name}" for name in (*full, *hidden)] if number else full
+        doubtful = filter(None, [number and f"#{number}", *full, *turned])
+        return [*filter(None, sure), *(f"?{key}" for key in doubtful)]
+
+    return keys
 
 
 def _in_zip(*names: str) -> str:
@@ -161,7 +185,7 @@ class Archive:
                 return f"has a path that leads out of it, {log_line(one.filename)}"
             if stat.S_ISLNK(one.external_attr >> 16):
                 return f"holds a link, {log_line(one.filename)}"
-        notebooks = [one for one in infos if one.filename.lower().endswith(NOTEBOOK)]
+        notebooks = [one for one in infos if submission.is_notebook(one.filename)]
         if sum(min(one.file_size, MAX_BYTES) for one in notebooks) > MAX_TOTAL_BYTES:
             return f"is larger than {MAX_TOTAL_BYTES // 2**30} GiB when it is unpacked"
         return ""
@@ -197,7 +221,8 @@ class Archive:
 def _opened(path: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(path)
-    except UnicodeDecodeError:  # a name says that it is UTF-8, and is not: let none say it
+    except (UnicodeDecodeError, zipfile.BadZipFile):
+        # A name says that it is UTF-8, and is not; which error that is hangs on the Python.
         data = re.sub(_HEADS, lambda at: at[1] + bytes([at[2][0] & 0xF7]), path.read_bytes())
         return zipfile.ZipFile(io.BytesIO(data))
 
@@ -245,31 +270,33 @@ class Reader:
         return [one for one in found if one.entry not in left], left
 
     def _read(self, entry: str, at: datetime | None) -> Notebook:
-        if not entry.lower().endswith(NOTEBOOK):
+        if not submission.is_notebook(entry):
             raise ValueError("is no notebook")
-        if ".ipynb_checkpoints" in entry:
-            raise ValueError("is a copy that Jupyter keeps for itself")
         if not (ways := self.sent(entry)):
             raise ValueError("has not the name that this system gives to submissions")
         found: dict[Row, Sent] = {}
+        doubtful = False
         for way in reversed(ways):
             # Of a way its first key that the roster knows.
-            known = (self.owners[key] for key in way[0] if key in self.owners)
-            found |= dict.fromkeys(next(known, ()), way)
+            known = next((key for key in way[0] if key in self.owners), "")
+            doubtful |= known.startswith("?")
+            found |= dict.fromkeys(self.owners.get(known, ()), way)
         if not found:
             raise ValueError("is of no one on the roster")
         names = [roster.key(row.cells[self.match]) for row in found]
+        pairs = zip(found, names, strict=True)
+        lines = " and ".join(f"{row.line} ({name})" for row, name in pairs)
         if len(names) > 1:
-            pairs = zip(found, names, strict=True)
-            lines = " and ".join(f"{row.line} ({name})" for row, name in pairs)
             raise ValueError(f"may be of several people on the roster, lines {lines}")
+        if doubtful:
+            raise ValueError(f"{_UNLIKE} {lines}: {_NAMED}")
         if not submission.is_student(names[0]) or names[0] in self.notebooks.values():
             raise ValueError(f"is of {names[0]!r}, which cannot name a folder: see --match")
         ((_, file, late),) = found.values()
         return Notebook(names[0], self._assignment(file), entry, at, late)
 
     def _assignment(self, file: str) -> str:
-        stem = file[: -len(NOTEBOOK)]
+        stem = PurePosixPath(file).stem
         again = self.notebooks.get(_AGAIN.sub("", stem), self.assignment)
         name = self.notebooks.get(stem, again)
         if name is None:
@@ -277,6 +304,26 @@ class Reader:
         if self.assignment not in (None, name):
             raise ValueError(f"belongs to {name}, not to {self.assignment}")
         return name
+
+
+def left_out(folder: Path) -> dict[str, str]:
+    """Return by entry of a zip the assignment of notebooks that are in no student's folder."""
+    path = folder / LEFT_OUT
+    try:
+        found: dict[str, str] = json.loads(path.read_text("utf-8")) if path.exists() else {}
+        return dict(found.items())
+    except (OSError, ValueError, AttributeError) as error:
+        raise WrongUse(f"{path} cannot be read: delete it, and collect again.") from error
+
+
+def remember(folder: Path, archive: Archive, lost: Iterable[str], about: Collection[str]) -> None:
+    """Keep what was left out of a zip about assignments, beside that of others, for the export."""
+    before = {one: of for one, of in left_out(folder).items() if one not in archive.infos}
+    now = before | dict.fromkeys(lost, *about if len(about) == 1 else [""])
+    if now:
+        durable.write(folder / LEFT_OUT, json.dumps(now, indent=1))
+    else:
+        (folder / LEFT_OUT).unlink(missing_ok=True)
 
 
 def owners(keys: Keys, students: Iterable[Row]) -> dict[str, list[Row]]:

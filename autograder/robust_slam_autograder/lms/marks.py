@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
-from robust_slam_autograder.grading.results import tidy
+from robust_slam_autograder.grading.results import Result, tidy
 from robust_slam_autograder.lms import late
 from robust_slam_autograder.lms.late import HandedIn, Rules, Undated
 from robust_slam_autograder.reading import assignment as assignments
@@ -61,16 +61,15 @@ class Ledger:
     """The marks of some assignments."""
 
     columns: tuple[Column, ...]
-    failed: tuple[tuple[str, str], ...]
-    """Students and assignments on which the grader itself failed: they have no mark."""
-    refused: tuple[tuple[str, str], ...]
-    """Students and assignments whose notebook could not be read: no test has given them points."""
+    ungraded: tuple[Result, ...]
+    """What the grader failed on, which has no mark, and what it refused."""
 
     @functools.cached_property
     def lost(self) -> frozenset[tuple[str, str]]:
         """Return students and assignments whose mark is not known: they have no 0 either."""
         undated = {(student, column.name) for column in self.columns for student in column.undated}
-        return frozenset({*self.failed, *undated})
+        failed = {(one.student, one.assignment) for one in self.ungraded if one.status == "failed"}
+        return frozenset(failed | undated)
 
 
 def read(
@@ -95,45 +94,35 @@ def read(
 
     database.refuse_missing(location)
     columns: list[Column] = []
-    failed: list[tuple[str, str]] = []
-    refused: list[tuple[str, str]] = []
+    ungraded: list[Result] = []
     for name in assignments.find_names(tree, names):
         recorded = totals.read(location, name)
-        broken, unread = _without_marks(out, name, recorded.students)
-        failed += [(student, name) for student in broken]
-        refused += [(student, name) for student in unread]
+        ungraded += (others := _ungraded(out, name, recorded.students))
+        broken = {one.student for one in others if one.status == "failed"}
         known = {name: one for name, one in recorded.students.items() if name not in broken}
         if known:
             tests = assignments.load(assignments.notebook_path(tree / name))
             columns.append(_column(tests, replace(recorded, students=known), rules, submitted))
         elif name in names:
             raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")
-    return Ledger(tuple(columns), tuple(failed), tuple(refused))
+    return Ledger(tuple(columns), tuple(ungraded))
 
 
-def _without_marks(
-    out: Path, name: str, recorded: Mapping[str, Total]
-) -> tuple[list[str], list[str]]:
-    """Return on whose submission the grader failed, and whose it refused.
-
-    A mark that the former have is an old one.
+def _ungraded(out: Path, name: str, recorded: Mapping[str, Total]) -> list[Result]:
+    """Return what failed or was refused; a mark that the former have is an old one.
 
     Raises:
         WrongUse: a result is not in the gradebook as it is, for grading was stopped.
     """
-    found: dict[str, list[str]] = {"failed": [], "refused": [], "graded": []}
-    for path in results.files_of(out, name):
-        result = results.read_checked(path)
+    found = [results.read_checked(path) for path in results.files_of(out, name)]
+    for result in (one for one in found if one.status != "failed"):
         total = recorded.get(result.student)
-        found[result.status].append(result.student)
-        if result.status == "failed":
-            continue
         if total is None or abs(total.by_tests - result.score) > TOLERANCE:
             raise WrongUse(
                 f"The gradebook does not have {result.student}/{name} as it was graded last: "
                 "give the grade command again, which brings it up to date."
             )
-    return found["failed"], found["refused"]
+    return [one for one in found if one.status != "graded"]
 
 
 def _column(tests: Assignment, known: Totals, rules: Rules | None, submitted: Path) -> Column:

@@ -11,7 +11,7 @@ import csv
 import io
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,8 +73,16 @@ def read(path: Path) -> Roster:
     Raises:
         WrongUse: names the file and the line where it cannot be read as a table.
     """
-    text = read_text(path)
-    rows = [row for row in _rows(path, text) if any(map(str.strip, row.cells))]
+    delimiter, text = parted(read_text(path))
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    found, begins = [], 1
+    try:
+        for cells in reader:
+            found.append(Row(begins, tuple(cells)))
+            begins = reader.line_num + 1
+    except csv.Error as error:
+        raise WrongUse(f"{path}:{begins}: this is not CSV ({error}).") from error
+    rows = [row for row in found if any(map(str.strip, row.cells))]
     if len(rows) < 2:
         raise WrongUse(f"{path}:1: a header and students are wanted: export the gradebook again.")
     header = tuple(cell.strip() for cell in rows[0].cells)
@@ -127,18 +135,6 @@ def parted(text: str) -> tuple[str, str]:
     return max(_MARKS, key=lambda mark: len(next(csv.reader(first, delimiter=mark), []))), text
 
 
-def _rows(path: Path, text: str) -> Iterator[Row]:
-    delimiter, text = parted(text)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    begins = 1
-    try:
-        for cells in reader:
-            yield Row(begins, tuple(cells))
-            begins = reader.line_num + 1
-    except csv.Error as error:
-        raise WrongUse(f"{path}:{begins}: this is not CSV ({error}).") from error
-
-
 def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, Row]:
     """Return students by what the matched column says of them; who has nothing there is left out.
 
@@ -171,6 +167,8 @@ class Matching:
     """Students who have handed something in and are not on the roster."""
     doubled: Mapping[int, tuple[str, ...]]
     """By line students whose names are equal after Unicode normalisation: they have no mark."""
+    left_out: Mapping[str, str]
+    """Notebooks that may be anybody's, with the assignment that they are of, or nothing."""
 
     @property
     def likely(self) -> str:
@@ -190,11 +188,18 @@ class Matching:
     def cell(self, row: Row, column: Column, *, zero: bool) -> str | None:
         """Return what a line says of an assignment: a mark, with ``zero`` 0, or None for nothing.
 
-        No one has a 0 while there are strangers: a stranger's work may be theirs.
+        No one has a 0 while there is work that may be theirs.
         """
         if mark := self.mark(row, column):
             return str(mark.after)
-        return "0" if zero and not self.strangers and self._is_absent(row, column) else None
+        return "0" if zero and not self.unclear(column) and self._is_absent(row, column) else None
+
+    def unclear(self, column: Column) -> str:
+        """Say what work may be that of those who have none; empty for no one's."""
+        if self.strangers:
+            return "those who are not on the roster may be among them"
+        lost = [one_line(one) for one, of in self.left_out.items() if of in ("", column.name)]
+        return f"what collect left out may be theirs ({', '.join(lost)})" if lost else ""
 
     def _is_absent(self, row: Row, column: Column) -> bool:
         """Whether no work is known, and none whose mark is not known."""
@@ -206,7 +211,7 @@ class Matching:
         return [name for name, row in self.students.items() if self._is_absent(row, column)]
 
 
-def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
+def match(ledger: Ledger, students: Mapping[str, Row], left_out: Mapping[str, str]) -> Matching:
     """Find each student, as the submissions' folders are named, among lines from ``by_key``."""
     named = [student for column in ledger.columns for student in column.marks]
     found: dict[int, list[str]] = {}
@@ -219,7 +224,7 @@ def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
             found.setdefault(row.line, []).append(student)
     owners = {line: same[0] for line, same in found.items() if len(same) == 1}
     doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
-    return Matching(ledger, students, owners, tuple(strangers), doubled)
+    return Matching(ledger, students, owners, tuple(strangers), doubled, left_out)
 
 
 def _number(name: str) -> str:

@@ -23,6 +23,7 @@ from robust_slam_autograder.markup import Grade, as_cell
 
 POINTS = "Points Possible"
 _NOT_A_STUDENT = re.compile(r"\s*(Muted|Manual Posting.*)?\s*", re.IGNORECASE)
+_NOT_IMPORTED = re.compile("(Current|Final) (Score|Points|Grade)|Override (Score|Grade|Status)")
 _CANVAS_ID = re.compile(r"\s*\(\d+\)$")
 _MOODLE_KIND = re.compile(r"\s*\(([^()]*)\)$")
 _MOODLE_OTHER = ("Percentage", "Letter", "Feedback")
@@ -75,12 +76,16 @@ def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
     """Yield the lines of the file to import.
 
     Raises:
-        WrongUse: Canvas has an assignment out of other points, or a student without an ID
-            has a login that is guarded, by which it would not be found.
+        WrongUse: Canvas has an assignment out of other points, or passes it over, or a student
+            without an ID has a login that is guarded, by which it would not be found.
     """
     people = _canvas_people(roster)
     _refuse_other_points(roster, values)
     heads = [_head(roster, column, values) for column in values.columns]
+    for head in filter(_NOT_IMPORTED.search, heads):
+        raise WrongUse(
+            f"Canvas passes over every column like {head!r}: rename it in Canvas first."
+        )
     yield [*roster.header[:people], *heads]
     yield [f"    {POINTS}", *[""] * (people - 1), *(str(c.max_score) for c in values.columns)]
     number = roster.header.index("ID")
@@ -95,7 +100,7 @@ def _refuse_other_points(roster: Roster, values: Values) -> None:
     for row in (row for row in roster.rows if POINTS in row.cells[0]):
         for column in known:
             there = row.cells[values.places[column.name]].strip()
-            if there and _number(there) != column.max_score:
+            if there and column.max_score and _number(there) != column.max_score:
                 raise WrongUse(
                     f"{roster.path}:{row.line}: Canvas has {column.name} out of {there}, its "
                     f"tests are out of {column.max_score}: set its points in Canvas to that, "
@@ -104,8 +109,10 @@ def _refuse_other_points(roster: Roster, values: Values) -> None:
 
 
 def _number(text: str) -> float | None:
+    """Read a number as Canvas does: behind the last comma or point are the decimals."""
+    *whole, last = re.split("[,.]", text)
     try:
-        return float(text.replace(",", "."))
+        return float(f"{''.join(whole)}.{last}" if whole else last)
     except ValueError:
         return None
 

@@ -1,131 +1,148 @@
-"""Finds out once which ways to be wrong can be told apart, and under which keys.
+"""Finds out once how answers can be wrong, and under which keys that can be told.
 
-Candidates run in a child process: one may loop for ever, and then it is no candidate.
+Ways to be wrong are the answers that an author wrote down, and the solution's own results with a
+change that many slips come to. The grader's own pass runs them, so a key here is one there.
+Nothing here is a wall: it is the instructor's code that runs.
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import signal
-import time
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import defaultdict, deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
-from robust_slam_autograder.misconceptions import bench as benches
-from robust_slam_autograder.misconceptions.bench import Bench, Right, Setting
-from robust_slam_autograder.misconceptions.candidates import Candidate, candidates, chosen
-from robust_slam_autograder.misconceptions.shapes import Seen, Shape
-from robust_slam_autograder.misconceptions.tables import Table, sealed
+from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.results import ExerciseResult
+from robust_slam_autograder.misconceptions import tables
+from robust_slam_autograder.misconceptions.tables import Table
+from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.assignment import Assignment, Solution
+from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.reading.labelled import Answer
+from robust_slam_autograder.reading.submission import Code
+from robust_slam_autograder.sandbox import InProcess
 
-SHORTEST = 0.05
-"""Seconds of processor time that a candidate may always take."""
-TIMES_LONGER = 5.0
-"""How much longer than the solution it may take."""
-WRITTEN_LONGER = 20.0
-"""How much longer again an answer may take that was written down: an end is in sight."""
-MOST = 120.0
-"""Of all candidates of one exercise: the likelier ones come first, and the others are left out."""
-BACKSTOP = 10.0
-"""Then the kernel ends the process: it computes in C, where nothing interrupts it."""
+LIMITS = Limits(call_seconds=4, cell_seconds=4, notebook_seconds=8)
+"""Of one answer: what takes longer, without an end in sight or not, is left out."""
+CHANGES = {
+    "is twice what it should be": "2 * y",
+    "is half of what it should be": "y / 2",
+    "is four times what it should be": "4 * y",
+    "is a quarter of what it should be": "y / 4",
+    "is the square of what it should be": "y**2",
+    "is the square root of what it should be": "np.sqrt(np.abs(y))",
+    "has the wrong sign": "-y",
+    "has lost its sign": "np.abs(y)",
+    "is one over what it should be": "1 / y",
+    "is transposed": "np.swapaxes(y, -1, -2)",
+    "is in degrees": "np.rad2deg(y)",
+    "is in the reverse order": "y[::-1]",
+}
+"""By sentence, what is done to the result ``y`` of the solution."""
+_CHANGED = """
+import numpy as np
 
-Choice = Callable[[Bench], Iterable[Candidate]]
+def _changed(right):
+    def changed(*args, **kwargs):
+        y = np.asarray(right(*args, **kwargs), dtype=float)
+        return {}
+
+    return changed
+
+{name} = _changed({name})
+"""
 
 
-def shapes_of(
-    setting: Setting, exercise: str, choice: Choice
-) -> Iterator[tuple[Candidate, Shape]]:
-    """Run candidates on an exercise's cases, and yield those that a label may fit.
+@dataclass(frozen=True)
+class Way:
+    """One way to be wrong."""
 
-    Words and whole numbers are alike by chance: they fit none.
+    sentence: str
+    """What goes on after "It looks as if"."""
+    source: str
+    """Text of the solution cell."""
+    is_written: bool
+    """Whether an author wrote it down: then it counts before a change of results."""
 
-    Args:
-        setting: the test cells.
-        exercise: its name.
-        choice: which candidates, always in the same order.
 
-    Raises:
-        ValueError: the solution itself loses a case.
+def ways(right: Code, exercise: Solution, answers: Iterable[Answer]) -> Iterator[Way]:
+    """Yield the ways to be wrong in an exercise, of which there are answers, right and wrong."""
+    for answer in answers:
+        if exercise.is_of(answer.exercise) and not answer.is_right:
+            yield Way(answer.label, answer.source, is_written=True)
+    (solution,) = [one.source for one in right.pieces if one.label == exercise.grade_id]
+    for name in exercise.names:
+        result = "what comes back" if len(exercise.names) == 1 else f"what `{name}` returns"
+        for sentence, change in CHANGES.items():
+            source = solution + _CHANGED.format(change, name=name)
+            yield Way(f"{result} {sentence}", source, is_written=False)
+
+
+def tried(
+    path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]
+) -> Iterator[tuple[Way, tuple[str, ...]]]:
+    """Run ways to be wrong on an exercise's visible cases, and yield each with its keys.
+
+    Words and whole numbers are alike by chance, and what students draw from a number of their own
+    tells nothing of others': that has no keys. Nor has what nothing interrupts.
     """
-    start, is_over = 0, False
-    while not is_over:
-        work = functools.partial(_measured, setting, exercise, choice, start)
-        try:
-            for number, candidate, shape in guarded.guarded(work):
-                start = number + 1
-                if shape.real and shape.keys():
-                    yield candidate, shape
-            is_over = True
-        except Overrun:
-            start += 1
+    right = submission.collect(notebook.read(path), assignment)
+    cases = tuple(one for one in assignment.cases if one.exercise == exercise and not one.has_town)
+    config = replace(assignment.config, limits=LIMITS, withheld=())
+    alone = replace(assignment, cases=cases, config=config)
+    owner = assignment.owner(exercise)
+    (mine,) = [one for one in assignment.solutions if one.grade_id == owner]
+    left = deque(ways(right, mine, answers) if cases else ())
+    while left:
+        with contextlib.suppress(Overrun):
+            for keys in guarded.guarded(functools.partial(_looked, alone, right, owner, [*left])):
+                yield left.popleft(), keys
+            continue
+        left.popleft()
 
 
-def _measured(
-    setting: Setting, exercise: str, choice: Choice, start: int
-) -> Iterator[tuple[int, Candidate, Shape]]:
-    bench = benches.bench(setting)
-    right = bench.right(exercise)
-    began = time.process_time()
-    bench.shape(exercise, bench.names, right)
-    started = time.process_time()
-    seconds = max(SHORTEST, TIMES_LONGER * (started - began))
-    for number, candidate in enumerate(choice(bench)):
-        if time.process_time() - started > MOST:
-            return
-        if number >= start:
-            mine = seconds * (WRITTEN_LONGER if candidate.source else 1.0)
-            yield number, candidate, _shape(bench, exercise, candidate, right, mine)
+def _looked(
+    alone: Assignment, right: Code, owner: str, left: Iterable[Way]
+) -> Iterator[tuple[str, ...]]:
+    """Yield the keys of some ways to be wrong; none where a case ends at the right values."""
+
+    def look(tests: Assignment, code: Code) -> ExerciseResult:
+        return passes.look("", tests, code, sandbox=InProcess()).result.exercises[0]
+
+    failing = (replace(one, visible=f"{one.visible}\nassert False") for one in alone.cases)
+    solved = look(replace(alone, cases=tuple(failing)), right)
+    values = {case.name: {*(case.returned or ())} for case in solved.cases}
+    for way in left:
+        pieces = (replace(p, source=way.source) if p.label == owner else p for p in right.pieces)
+        result = look(alone, replace(right, pieces=tuple(pieces)))
+        is_right = any(values[case.name] & {*(case.returned or ())} for case in result.cases)
+        yield tables.keys(result) if tables.is_real(result) and not is_right else ()
 
 
-def _shape(
-    bench: Bench, exercise: str, candidate: Candidate, right: Right, seconds: float
-) -> Shape:
-    """Run a candidate as ``Bench.shape`` does; what raises by itself, or takes long, is lost."""
-    with (
-        guarded.at_most(BACKSTOP * seconds),
-        contextlib.suppress(Exception, _Late, SystemExit),
-        benches.quiet(),
-        _soon(seconds),
-    ):
-        return bench.shape(exercise, candidate.names(bench, exercise), right)
-    return Shape({candidate.sentence: Seen()})
+def survey(path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]) -> Table:
+    """Return the labels of an exercise's wrong answers, by what they come to."""
+    return labelled(tried(path, assignment, exercise, answers))
 
 
-class _Late(BaseException):
-    """Time is up. Not an Exception: neither a test nor an answer may swallow it."""
+def labelled(found: Iterable[tuple[Way, tuple[str, ...]]]) -> Table:
+    """Return the table of ways to be wrong, of which the keys are known."""
+    alike: dict[str, list[Way]] = defaultdict(list)
+    for way, keys in found:
+        if keys:
+            alike[next((key for key in keys if key in alike), keys[0])].append(way)
+    return tables.sealed({key: chosen(group) for key, group in alike.items()})
 
 
-@contextlib.contextmanager
-def _soon(seconds: float) -> Iterator[None]:
-    def late(signum: int, frame: object) -> None:
-        raise _Late
+def chosen(alike: Iterable[Way]) -> str:
+    """Return the sentence that is true of ways which cannot be told apart, or nothing.
 
-    before = signal.signal(signal.SIGVTALRM, late)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
-
-
-def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Table:
-    """Return the labels of an exercise's wrong answers, by what they come to.
-
-    Raises:
-        ValueError: the solution itself loses a case.
+    Two sentences of authors say different things: then there is no name.
     """
-    choice = functools.partial(candidates, exercise=exercise, answers=answers)
-    found = shapes_of(setting, exercise, choice)
-    return labelled((one, shape.keys()) for one, shape in found)
-
-
-def labelled(found: Iterable[tuple[Candidate, tuple[str, ...]]]) -> Table:
-    """Return the table of candidates, of which the keys are known."""
-    alike: dict[str, list[Candidate]] = defaultdict(list)
-    for candidate, keys in found:
-        alike[next((key for key in keys if key in alike), keys[0])].append(candidate)
-    return sealed({key: chosen(group) for key, group in alike.items()})
+    written = {one.sentence for one in alike if one.is_written}
+    said = written or {one.sentence for one in alike}
+    return said.pop() if len(said) == 1 or not written else ""

@@ -28,7 +28,7 @@ from robust_slam_autograder.grading.results import Result, signature
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import database, marked_cells
 from robust_slam_autograder.nbgrader.database import Location
-from robust_slam_autograder.reading import answers
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 
 TOGETHER = 50
@@ -238,9 +238,11 @@ def _unanswered(assignment: Assignment, result: Result) -> list[str]:
     if not texts:
         return []
     given = marked_cells.given(assignment.marked)
-    blank = answers.digest("")
+    blank = submission.digest("")
     wanted = [name for name in texts if name in given]
-    return [name for name in wanted if texts[name] in (blank, answers.digest(given[name].source))]
+    return [
+        name for name in wanted if texts[name] in (blank, submission.digest(given[name].source))
+    ]
 
 
 def _scores(
@@ -255,7 +257,7 @@ def _scores(
     scores: dict[str, float | None] = {
         case.grade_id: earned.get((case.exercise, case.name), 0) for case in assignment.cases
     }
-    for cell in filter(answers.by_hand, assignment.marked):
+    for cell in filter(submission.by_hand, assignment.marked):
         name = cell.grade_id or ""
         lost = result.status == "refused" or name in unanswered
         scores[name] = 0 if lost else None

@@ -15,11 +15,11 @@ from nbformat.v4 import new_notebook, new_output
 
 from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.grading.results import CaseResult, Result, tidy
-from robust_slam_autograder.grading.tasks import Handed
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.grading.verdicts import sign, verdict
 from robust_slam_autograder.markup import prose, visible
 from robust_slam_autograder.nbgrader import marked_cells
-from robust_slam_autograder.reading import answers
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.notebook import Cell
 
@@ -27,9 +27,10 @@ NOT_FOUND = "# Nothing was found for this cell."
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
-def build(assignment: Assignment, handed: Handed, result: Result) -> NotebookNode:
+def build(handed: Submission, result: Result) -> NotebookNode:
     """Make the notebook of a submission's cells; it has none where it could not be read."""
     cells: tuple[Cell, ...] = ()
+    assignment = handed.assignment
     with suppress(Refused):
         cells = handed.cells()
     known = {cell.grade_id: cell for cell in assignment.marked}
@@ -47,7 +48,7 @@ def build(assignment: Assignment, handed: Handed, result: Result) -> NotebookNod
             made["outputs"] = [new_output("stream", name="stdout", text=text)]  # type: ignore[no-untyped-call]
         return made
 
-    owners = answers.owners(assignment, cells)
+    owners = submission.stands_for(assignment, cells)
     shown: list[tuple[str | None, NotebookNode]] = []
     for number, cell in enumerate(cells):
         owner = owners.get(number)

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robust_slam_autograder import layout
-from robust_slam_autograder.grading import batch, durable, tasks
+from robust_slam_autograder.grading import batch, durable, submissions
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.reading import timestamp
@@ -19,7 +19,7 @@ from robust_slam_autograder.sandbox import Sandbox
 def record_new(
     location: Location,
     journal: Journal,
-    jobs: Sequence[Job],
+    jobs: Sequence[Submission],
     marks: Sequence[Result],
     wall: Sandbox,
 ) -> None:
@@ -51,7 +51,10 @@ def record_new(
 
 
 def _show(
-    location: Location, graded: Mapping[Path, tuple[Job, Result]], journal: Journal, wall: Sandbox
+    location: Location,
+    graded: Mapping[Path, tuple[Submission, Result]],
+    journal: Journal,
+    wall: Sandbox,
 ) -> None:
     """Write the notebooks of results that the gradebook has, and when they were handed in.
 
@@ -67,10 +70,10 @@ def _show(
         for job, _ in graded.values()
     }
     gradebook.stamp(location, times)
-    prints = tasks.Fingerprints(journal.seed, wall, journal.town)
+    prints = submissions.Fingerprints(journal.seed, wall, journal.town)
     for path, (job, result) in graded.items():
-        task = prints.task(job)
-        if task.fingerprint != journal.graded.get(job.key):
+        now = prints.read(job)
+        if now.fingerprint != journal.graded.get(job.key):
             continue
         beside = path.with_name(timestamp.NAME)
         stated = own_files.plain(job.path).get(timestamp.NAME)
@@ -78,9 +81,9 @@ def _show(
             beside.unlink(missing_ok=True)
         if stated is not None:
             durable.write(beside, stated.decode(errors="replace"))
-        made = graded_notebook.build(job.assignment, task.handed, result)
+        made = graded_notebook.build(now, result)
         durable.write(path, nbformat.writes(made))  # type: ignore[no-untyped-call]
 
 
-def _notebook(folder: Path, job: Job) -> Path:
+def _notebook(folder: Path, job: Submission) -> Path:
     return folder / job.student / job.assignment.name / f"{job.assignment.notebook}.ipynb"

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import glob
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,9 @@ from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
-from robust_slam_autograder.grading import allowed, batch, journal, tasks
-from robust_slam_autograder.grading.naming import Namer
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading import batch, exposed_folders, journal, submissions
+from robust_slam_autograder.grading.submissions import Submission
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
@@ -56,7 +55,7 @@ class SafeExporter(NotebookExporter):
         super().__init__(**options)  # type: ignore[no-untyped-call]
         self._course = self._converter.coursedir
         self._results = Path(self._course.root) / self.results_directory
-        self._naming = Namer(Path(self._course.root) / layout.MISCONCEPTIONS)
+        self._naming = tables.namer(Path(self._course.root) / layout.MISCONCEPTIONS)
         try:
             self._prepare()
         except AutograderError as error:
@@ -77,7 +76,7 @@ class SafeExporter(NotebookExporter):
         folders = [source, Path(course.root) / course.submitted_directory, self._results]
         labels = Path(course.root) / layout.MISCONCEPTIONS
         folders += [labels] if labels.is_dir() else []
-        allowed.refuse_unsafe([self._assignment], folders, self._wall)
+        exposed_folders.refuse_unsafe([self._assignment], folders, self._wall)
         with batch.locked(self._results):
             gradebook.declare(course.db_url, self._assignment)
         self._converter.assignments = self._submissions()
@@ -109,8 +108,8 @@ class SafeExporter(NotebookExporter):
         if Path(filename).parent == self._folder(self._course.autograded_directory, student):
             return super().from_filename(filename, resources, **options)
         folder = self._folder(self._course.submitted_directory, student)
-        job = Job(student, self._assignment, self._tests, folder)
-        job = replace(job, handed=tasks.read(job))  # all that follows is of the same bytes
+        job = Submission(student, self._assignment, self._tests, folder)
+        job = submissions.read(job)  # all that follows is of the same bytes
         try:
             made = self._grade(job)
         except AutograderError as error:
@@ -122,7 +121,7 @@ class SafeExporter(NotebookExporter):
         )
         return converted
 
-    def _grade(self, job: Job) -> NotebookNode:
+    def _grade(self, job: Submission) -> NotebookNode:
         """Grade in a process of its own; a result that is there already and holds is taken over.
 
         Raises:
@@ -146,7 +145,7 @@ class SafeExporter(NotebookExporter):
             gradebook.record(self._course.db_url, [job.assignment], [result], run.graded)
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
-        return graded_notebook.build(job.assignment, tasks.read(job), result)
+        return graded_notebook.build(job, result)
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))

@@ -10,7 +10,7 @@ from pathlib import Path
 from nbgrader.api import MissingEntry
 
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.nbgrader import database, gradebook
 from robust_slam_autograder.nbgrader.database import Location
 
@@ -73,7 +73,7 @@ class Effect:
 
 
 def effects(
-    location: Location, assignment: str, new: Sequence[tuple[Job, Result]]
+    location: Location, assignment: str, new: Sequence[tuple[Submission, Result]]
 ) -> dict[str, Effect]:
     """Return by student every total that would change, and who would then wait for a person.
 

@@ -116,6 +116,12 @@ class Notebook:
         said = {name: "function" if callable(item) else "value" for name, item in found.items()}
         return {name: said.get(name, "missing") for name in names}
 
+    def reached(self, names: list[str]) -> dict[str, list[str]]:
+        """Say of each name which of the names what it stands for depends on."""
+        from robust_slam_autograder.reading.source import reached
+
+        return reached(names, [cell.tree for cell in self._cells.values()])
+
     def value(self, name: str) -> object:
         """Return a variable's value."""
         return self.names[name]

@@ -15,7 +15,7 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.misconceptions import known, tables
+from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels
@@ -130,7 +130,7 @@ def _names_alone(answer: str, assignment: Assignment) -> str:
 
 def _label(source: Path, made: Path, misconceptions: Path) -> None:
     """Let the student's own check name what a wrong answer to a visible case looks like."""
-    found = known.read(misconceptions, source.parent.name, source)
+    found = tables.read_made(misconceptions, source.parent.name, source)
     if found is not None:
         tables.write(made / tables.FILE, found.exercises)
 

@@ -73,17 +73,6 @@ def defined_names(source: str) -> list[str]:
     return [name for node in own for name in _bound_by(node)]
 
 
-def typed(name: str, source: str) -> ast.expr | None:
-    """Return what a cell's top level last gives a name; None where it gives it nothing."""
-    given = [node for node in tree_of(source).body if isinstance(node, ast.Assign)]
-    found = [node.value for node in given if name in map(_name, node.targets)]
-    return found[-1] if found else None
-
-
-def _name(target: ast.expr) -> str | None:
-    return target.id if isinstance(target, ast.Name) else None
-
-
 def tree_of(source: str) -> ast.Module:
     """Return the tree of a cell, magics aside; an empty one where it is no Python."""
     try:
@@ -140,24 +129,23 @@ def names_read(*codes: types.CodeType) -> set[str]:
     return names
 
 
-def called_by(names: Iterable[str], sources: Sequence[str]) -> set[str]:
-    """Return the names that what ``names`` stand for reads from its module, and so on."""
-    left = {node for source in sources for node in tree_of(source).body}
-    reached = set(names)
-    while found := {node for node in left if not reached.isdisjoint(_bound_by(node))}:
-        left -= found
-        parts = (part for node in found for part in ast.walk(node))
-        words = {part.id for part in parts if isinstance(part, ast.Name)}
-        reached |= words & used_names(*found)  # without what is an attribute or a local alone
-    return reached
-
-
-def needed(own: Sequence[str], cells: Sequence[str]) -> str:
-    """Return what ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
-    trees = [tree_of(source) for source in own]
-    used = used_names(*(node for source in cells for node in tree_of(source).body))
-    kept = helpers(trees, used)
-    return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
+def reached(names: Sequence[str], cells: Iterable[ast.Module]) -> dict[str, list[str]]:
+    """Say by name which of the names what it stands for reads, and what that reads, and so on."""
+    read: dict[str, set[str]] = {}
+    for node in (node for cell in cells for node in cell.body):
+        words = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+        words &= used_names(node)  # without what is an attribute or a local alone
+        for name in _bound_by(node):
+            read[name] = read.get(name, set()) | words
+    found = {}
+    for name in names:
+        waiting, seen = [name], {name}
+        while waiting:
+            new = read.get(waiting.pop(), set()) - seen
+            seen |= new
+            waiting += new
+        found[name] = [other for other in names if other in seen - {name}]
+    return found
 
 
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:

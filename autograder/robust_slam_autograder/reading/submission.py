@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import unicodedata
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -23,8 +24,13 @@ from robust_slam_autograder.reading.source import defines
 OWN = "own cell"
 FENCE = "```"
 """Begins code that is quoted in a text."""
+ANOTHER = (
+    "Nothing in this notebook is of {0}, so it may be another assignment's: hand in the notebook "
+    "of {0}, with its cells."
+)
 TURN_BACK = " and was read as code: select it, press Esc and Y, and it is code again."
 MOVE_OUT = ": it counts, but a cell above the check is the place for it."
+_HALF = re.compile(r"\s*^[ \t]+\S(?:.*\n)*?[ \t]+return\b", re.MULTILINE)
 KINDS = {"markdown": "a Markdown cell", "raw": "a raw cell"}
 MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
@@ -34,7 +40,7 @@ _OF_DATABASE = {f"{DATABASE_NAME}{end}" for end in ("", "-journal", "-wal", "-sh
 
 
 @dataclass(frozen=True)
-class Submission:
+class Code:
     """The student code of one notebook, in the notebook's order."""
 
     pieces: tuple[Piece, ...]
@@ -45,9 +51,11 @@ class Submission:
     altered: tuple[str, ...] = ()
     """Grade ids of cases that do not stand in the notebook's code as they were released."""
     python: tuple[int, int] | None = None
+    foreign: str = ""
+    """Why it is rather another assignment's: there is code, and nothing of this one's."""
 
 
-def collect(cells: Notebook, assignment: Assignment) -> Submission:
+def collect(cells: Notebook, assignment: Assignment) -> Code:
     """Pick the student code out of a notebook's cells: for grading, and for a student's check.
 
     What stands in an exercise's cell counts, be it code or text, and so does what any other cell
@@ -72,7 +80,11 @@ def collect(cells: Notebook, assignment: Assignment) -> Submission:
     code = [f"\n{cell.source}\n" for cell in cells if cell.kind == "code"]
     found = {key for key, check in tests.items() if any(f"\n{check}\n" in text for text in code)}
     altered = tuple(key for key, check in tests.items() if check and key not in found)
-    return Submission(tuple(pieces), missing, tuple(notes), altered, cells.python)
+    asked = [one.grade_id for one in assignment.marked if one.grade or one.solution or one.task]
+    ids = {cell.grade_id for cell in cells}.intersection(asked)
+    foreign = len(missing) == len(assignment.solutions) and not ids and pieces
+    why = ANOTHER.format(assignment.name) if foreign else ""
+    return Code(tuple(pieces), missing, tuple(notes), altered, cells.python, why)
 
 
 def owners(cells: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], frozenset[str]]:
@@ -121,6 +133,8 @@ def _notes(
     for grade_id, count in Counter(owned.values()).items():
         if ids.count(grade_id) > 1:
             yield f"{grade_id} stands in {count} cells: they ran in order."
+    if any(cell.kind == "code" and _HALF.match(cell.source) for cell in cells):
+        yield "A cell begins inside of a function, as one does that was split: merge its halves."
     for one in assignment.solutions:
         if one.grade_id not in ids:
             place = "not found" if one.grade_id in missing else "found by its function's name"
@@ -147,6 +161,21 @@ def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
     return [tuple(sorted(names)) for names in groups.values() if len(names) > 1]
 
 
+def is_notebook(path: str) -> bool:
+    """Tell a notebook by its path; hidden are copies of Jupyter's, and what macOS puts beside."""
+    parts = re.split(r"[/\\]", path)
+    return path.lower().endswith(".ipynb") and not any(part.startswith(".") for part in parts)
+
+
+def notebooks(folder: Path) -> list[Path]:
+    """Return the notebooks in a folder, sorted.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    return sorted(path for path in folder.iterdir() if is_notebook(path.name))
+
+
 def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """Find the notebook that a folder ``submitted/<student>/<assignment>/`` hands in.
 
@@ -158,9 +187,7 @@ def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """
     right = folder / f"{name}.ipynb"
     try:
-        # macOS puts a file ._NAME beside each file of an archive.
-        plain = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-        found = [path for path in plain if path.suffix == ".ipynb"]
+        found = notebooks(folder)
     except OSError as error:
         raise Refused(f"The folder cannot be read ({error.strerror}).") from error
     if right in found:
@@ -169,3 +196,31 @@ def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
         return found[0], (f"{shown(found[0].name)} was taken for {right.name}.",)
     what = "There is no notebook" if not found else f"There are {len(found)} notebooks"
     raise Refused(f"{what} in the folder: hand in one, named {right.name}.")
+
+
+def by_hand(cell: Cell) -> bool:
+    """Tell whether a person marks the cell: a free-text answer, or a task."""
+    return cell.task or (cell.grade and (cell.solution or cell.kind != "code"))
+
+
+def stands_for(assignment: Assignment, cells: Sequence[Cell]) -> dict[int, str]:
+    """Find which of the instructor's cells a submission's cells (by position) stand for.
+
+    Of copied cells it is the last one, whose definitions hold in the end.
+    """
+    known = {cell.grade_id for cell in assignment.marked}
+    last = {cell.grade_id: number for number, cell in enumerate(cells) if cell.grade_id in known}
+    last |= {grade_id: n for n, grade_id in sorted(owners(cells, assignment)[0].items())}
+    return {number: grade_id for grade_id, number in last.items() if grade_id is not None}
+
+
+def digest(text: str) -> str:
+    """Return what tells a free-text answer from another, blanks around it aside."""
+    return hashlib.sha256(text.strip().encode(errors="surrogatepass")).hexdigest()
+
+
+def texts(assignment: Assignment, cells: Sequence[Cell]) -> dict[str, str]:
+    """Return by grade id the digest of what stands in each free-text cell; of none, of nothing."""
+    wanted = [cell.grade_id or "" for cell in assignment.marked if by_hand(cell) and not cell.task]
+    found = {owner: cells[n].source for n, owner in stands_for(assignment, cells).items()}
+    return {name: digest(found.get(name, "")) for name in wanted}

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from robust_slam_autograder.grading.by_hand import Entered, with_marks
+from robust_slam_autograder.grading.entered_by_hand import Entered, with_marks
+from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
-from robust_slam_autograder.grading.wording import NOT_WRITTEN
 from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
@@ -240,7 +240,7 @@ class Report:
     misconceptions: tuple[tuple[Misconception, tuple[Named, ...]], ...]
     """What wrong answers look like, and whose they are; without names no one is there."""
     unlabelled: tuple[tuple[Unlabelled, tuple[Named, ...]], ...]
-    """Wrong answers that return the same, and that no label fits."""
+    """Wrong answers that return the same, and that have no label."""
     time: Time | None
     attention: tuple[Kind, ...]
     """Submissions that somebody should look at, the most pressing first."""

@@ -58,20 +58,22 @@ def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[
         # ascii(): as text they look alike.
         both = " and ".join(map(ascii, same))
         yield f"{both} are one name, written in two ways: no mark; grade them as one student"
-    for student, name in ledger.failed:
-        yield f"the grader failed on {one_line(student)}/{name}: no mark; grade it again"
-    for student, name in ledger.refused:
-        yield (
-            f"{one_line(student)}/{name} could not be read, so no test has given it points: let "
-            "it be handed in again, or leave the mark"
-        )
+    for one in ledger.ungraded:
+        who = f"{one_line(one.student)}/{one.assignment}"
+        if one.status == "failed":
+            yield f"the grader failed on {who}: no mark; grade it again"
+        else:
+            yield (
+                f"{who} was refused, so no test has given it points: let it be handed in again, "
+                f"or leave the mark ({one_line(one.reason)})"
+            )
     for column in ledger.columns:
         for student, why in sorted(column.undated.items()):
             yield f"{one_line(student)}/{column.name} has no mark: {log_line(why)}"
         absent = matching.absent(column)
         what = "0" if zero else "left as the roster has it"
-        if zero and matching.strangers:
-            what = "no 0 either, for those who are not on the roster may be among them"
+        if zero and (why := matching.unclear(column)):
+            what = f"no 0 either, for {why}"
         if absent:
             yield f"no submission of {column.name}, {what}: {_listed(absent)}"
         waiting = sorted(student for student, mark in column.marks.items() if mark.waits)

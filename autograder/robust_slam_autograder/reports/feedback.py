@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
-from robust_slam_autograder.grading.by_hand import Entries, Entry, with_marks
+from robust_slam_autograder.grading.entered_by_hand import Entries, Entry, with_marks
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Compared,

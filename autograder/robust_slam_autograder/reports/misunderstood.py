@@ -31,7 +31,7 @@ class Misconception:
 
 @dataclass(frozen=True)
 class Unlabelled:
-    """Wrong answers that return the same, and that no label fits."""
+    """Wrong answers that return the same, and that have no label."""
 
     exercise: str
     students: int

@@ -7,14 +7,16 @@ part, and an empty working folder. Nothing else is apart, and nothing is guarded
 from __future__ import annotations
 
 import contextlib
+import getpass
 import importlib
+import io
 import sys
 import tempfile
 import types
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, NoReturn
 
 from robust_slam_autograder.protocol.channel import ChannelClosed, Check, Conversation
 from robust_slam_autograder.protocol.notebook import Notebook, do_nothing
@@ -53,6 +55,7 @@ class Here:
         folder = self._clean_up.enter_context(tempfile.TemporaryDirectory(prefix="autograder-"))
         self._clean_up.enter_context(contextlib.chdir(folder))
         self._clean_up.enter_context(_hidden_figures())
+        self._clean_up.enter_context(_no_keyboard())
 
     def connect(self, check: Check) -> End:
         """Connect the grader with a fresh notebook; ``check`` as in ``Conversation``."""
@@ -61,10 +64,10 @@ class Here:
         with self._modules.of(student=True):
             notebook = _Watched(types.ModuleType("__main__"), self._launch.used, watch)
         notebook.names["__builtins__"] = _builtins(self._launch)
-        served = (notebook.read, notebook.run, notebook.kinds, notebook.value, notebook.call)
+        what = ("read", "run", "kinds", "reached", "value", "call")
         far = End(
             lambda: self._modules.of(student=True),
-            named={function.__name__: function for function in served},
+            named={name: getattr(notebook, name) for name in what},
             describe=notebook.describe,
             tells=BaseException,
         )
@@ -188,8 +191,19 @@ def _builtins(launch: Launch) -> types.ModuleType:
     return found
 
 
-def _no_input(*args: object) -> None:
+def _no_input(*args: object, **options: object) -> NoReturn:
     raise EOFError("EOF when reading a line")
+
+
+@contextlib.contextmanager
+def _no_keyboard() -> Iterator[None]:
+    """Let who asks for a line find the end of a file: a lab's kernel would wait for an answer."""
+    before, asked = sys.stdin, getpass.getpass
+    sys.stdin, getpass.getpass = io.StringIO(), _no_input
+    try:
+        yield
+    finally:
+        sys.stdin, getpass.getpass = before, asked
 
 
 @contextlib.contextmanager

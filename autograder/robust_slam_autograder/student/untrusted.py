@@ -100,11 +100,11 @@ def serve(withheld: Sequence[str], used: Sequence[str], packages: Sequence[str])
     # Notebooks know themselves as __main__.
     notebook = Notebook(types.ModuleType("__main__"), used)
     notebook.names["__builtins__"] = imports.student_builtins(packages, withheld)
-    served = (notebook.read, notebook.run, notebook.kinds, notebook.value, notebook.call)
+    what = ("read", "run", "kinds", "reached", "value", "call")
     channel = Channel(
         read_fd,
         write_fd,
-        named={function.__name__: function for function in served},
+        named={name: getattr(notebook, name) for name in what},
         describe=notebook.describe,
         tells=BaseException,
     )

@@ -1,10 +1,10 @@
 """A map that grows with the drive, and decides about each closure when it arrives.
 
 Odometry appends poses at no cost. A closure is kept if the map agrees with it, and whenever the
-map moves, all closures are decided about again. These decisions begin at the present map, so three
-things look further, each at a bounded share of the cost: the whole search of ``solve`` when there
-are three times as many closures, a descent from the present map, which finds the noise, when there
-are a quarter more, and a descent from odometry where rejected closures agree with each other.
+map moves, all closures are decided about again. These decisions begin at the present map, so
+descents look further, which find the noise: from the present map when there are a quarter more
+closures, and from odometry when there are three times as many, or where rejected closures agree
+with each other. In a large map a robot must not wait for one, so each call does a piece of it.
 
 Source: Kaess et al. 2012, "iSAM2", and McGann et al. 2023, "riSAM", for the task; the decisions
 are derived here.
@@ -13,6 +13,7 @@ are derived here.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 from math import inf
 from typing import TypeVar
 
@@ -30,16 +31,20 @@ from robust_slam.incremental.edges import Growing, GrowingEdges, placed
 from robust_slam.incremental.window import Window
 from robust_slam.progress import stages
 from robust_slam.solver import Answer, solve
-from robust_slam.solver.candidates import Candidate, Search, evidence_of
+from robust_slam.solver.candidates import Candidate, Search, Steps, evidence_of, finished
 from robust_slam.solver.evidence import evidence, outlier_entropy
 from robust_slam.solver.noise import rescaled
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 _SEARCH = 3.0
-"""The whole search runs when there are so many times the closures that the last one had …"""
+"""It descends from odometry when there are so many times the closures of the last time …"""
 _REVIEW = 1.25
-"""… and a descent from the present map, which finds the noise, when there are so many times."""
+"""… and from the present map when there are so many times."""
+_AT_ONCE = 150
+"""With so many edges a call does the whole of it, and from odometry the search of ``solve``."""
+_PIECE = 5_000
+"""Else it does steps over no more edges than this in all, one at least."""
 _GROUP = 3
 """So many rejected closures that agree, and came since the last search, ask for another."""
 _REACH = 1.5
@@ -85,6 +90,7 @@ class GrowingMap:
         self._norms: Array = np.zeros(0)
         self._window: Window | None = None
         self._asked = self._searched = self._reviewed = 0
+        self._work: Steps[None] | None = None
         self._search()
 
     @property
@@ -136,6 +142,8 @@ class GrowingMap:
         self._kept.append(rows["is_odometry"])
         if numbers.size > len(poses):
             self._decide(numbers.size, bool(np.sum(rows["is_odometry"]) > len(poses)))
+        for _ in islice(self._work or (), max(1, _PIECE // len(self._edges.number))):
+            pass
         return numbers
 
     def remove(self, edge: int) -> None:
@@ -151,7 +159,7 @@ class GrowingMap:
         kept = self._kept.rows[row]
         self._edges.remove(row)
         self._kept = Growing(np.delete(self._kept.rows, row))
-        self._norms, self._window = np.delete(self._norms, row), None
+        self._norms, self._window, self._work = np.delete(self._norms, row), None, None
         if kept:
             self._search()
 
@@ -168,9 +176,12 @@ class GrowingMap:
         """Decide about the last ``count`` edges; ``moved`` where odometry alone moves the map."""
         graph, closures = self.graph, self._closures
         if closures >= max(1, _SEARCH * self._searched):
-            self._search()
-            return
-        if closures >= max(1, _REVIEW * self._reviewed):
+            if len(graph.edges) <= _AT_ONCE:
+                self._search()
+                return
+            self._searched = closures
+            self._review(dead_reckoning(graph))
+        elif closures >= max(1, _REVIEW * self._reviewed):
             self._review(self.poses)
         precise = self._edges.precise
         new = ~graph.is_odometry
@@ -202,28 +213,44 @@ class GrowingMap:
 
     def _search(self) -> None:
         """Take the map of the whole search."""
-        self._searched = self._reviewed = self._closures
+        self._searched = self._closures
         self._adopt(max(self._started(dead_reckoning(self.graph)).candidates(), key=evidence_of))
 
     def _review(self, x0: Array) -> None:
+        """Begin a descent from ``x0`` ``(n, …)``, or do it at once, unless one is under way."""
+        if self._work is None:
+            self._work = self._reviewing(x0)
+            if len(self._edges.number) <= _AT_ONCE:
+                finished(self._work)
+
+    def _reviewing(self, x0: Array) -> Steps[None]:
         """Take the map and the noise of a descent from ``x0`` ``(n, …)``, if they explain more."""
-        self._reviewed = self._closures
-        best = self._started(x0).first()
-        precise = rescaled(self.graph, best.found)
-        entropy = outlier_entropy(self.graph)
-        if best.evidence >= evidence(precise, self.poses, self.kept, entropy):
+        search = self._started(x0)
+        best = yield from search.reviewing()
+        m, precise = best.kept.size, rescaled(search.graph, best.found)
+        now = evidence(precise, self.poses[: len(x0)], self.kept[:m], search.entropy)
+        if best.evidence >= now:
+            yield
             self._adopt(best)
+        self._work = None
 
     def _adopt(self, best: Candidate) -> None:
-        """Take a map, and the deviations that its closures were tested with."""
+        """Take a map, and the deviations that its closures were tested with.
+
+        Poses that came later keep their place beside its last one, and edges their decisions.
+        """
+        group, n, m = self._edges.group, len(best.poses), best.kept.size
         self._edges.rescale(best.tested)
-        norms = residual_norms(self._edges.precise, best.poses)
-        self._take(State(best.poses, best.kept, norms), None)
+        poses, kept = self._poses.rows.copy(), self._kept.rows.copy()
+        moved = group.compose(best.poses[n - 1], group.inverse(poses[n - 1]))
+        poses[:n], poses[n:], kept[:m] = best.poses, group.compose(moved, poses[n:]), best.kept
+        norms = residual_norms(self._edges.precise, poses)
+        self._take(State(poses, kept, norms), None)
 
     def _started(self, x0: Array) -> Search:
         """Return the search of ``solve`` from ``x0`` ``(n, …)``."""
         graph = self.graph
-        self._asked = int(self._edges.number[-1]) + 1
+        self._asked, self._reviewed = int(self._edges.number[-1]) + 1, self._closures
         with stages(False) as tell:
             return Search(
                 graph=graph,

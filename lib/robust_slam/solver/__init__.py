@@ -72,8 +72,8 @@ def solve(
     inlier passes each test with ``probability``. ``progress`` shows a bar, or is a function that
     is told each stage; stages are logged in any case.
 
-    DCS, Geman–McClure and GNC descend from odometry, over all closures, and Geman–McClure over
-    those that PCM finds consistent as well. Truncated least squares then decides about all
+    DCS, Geman–McClure and GNC descend from odometry, over all closures, and GNC over those that
+    PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
     others are left out. Where noise does not explain the map, another one is tried that gives the

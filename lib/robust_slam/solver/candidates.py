@@ -10,10 +10,11 @@ al. 2018 (PCM) for the descents; that they are candidates is derived here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -34,6 +35,9 @@ from robust_slam.progress import Progress
 from robust_slam.solver.evidence import evidence
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.noise import SMALLEST, Found, find_noise, noise_of, rescaled
+
+T = TypeVar("T")
+Steps: TypeAlias = Generator[None, None, T]
 
 TOL = 1e-3
 """A descent is at rest when no residual norm u changes by more than this, relative to 1 + u."""
@@ -241,13 +245,23 @@ class Search:
         """Return the problem of ``graph``, where slips hold parts together and no more."""
         return Sparing(loosened(graph, self.slips), self.x0, self.trusted, steps=1)
 
+    def reviewing(self) -> Steps[Candidate]:
+        """Find ``first`` where the odometry joins all, in steps of a linear solve or so."""
+        problem, kernel = self.problem(self.graph), kernels.dcs(self.threshold)
+        poses, _ = yield from _descending(problem, kernel, self.x0, _STEPS, self.deadline)
+        return (yield from self.settling("DCS", poses, np.ones(4)))
+
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
         """Return the best of the rounds of truncated least squares and noise."""
+        return finished(self.settling(name, poses, tested))
+
+    def settling(self, name: str, poses: Array, tested: Array) -> Steps[Candidate]:
+        """Do as ``settle``, in steps of a linear solve or so."""
         best: Candidate | None = None
         kernel = kernels.tls(self.threshold)
         for _ in range(_ROUNDS):
             problem = self.problem(rescaled(self.graph, tested))
-            poses, stop = _descended(problem, kernel, poses, self.deadline)
+            poses, stop = yield from _descending(problem, kernel, poses, _ROUND, self.deadline)
             norms = problem.residual_norms(poses)
             kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
             fit = Fitted.of(problem.graph, poses, kept)
@@ -265,19 +279,30 @@ class Search:
             change = _change(found, near, int(np.sum(kept & ~self.trusted)))
             if np.all(change == 1.0) or self.deadline.passed:
                 break
+            yield
             tested = np.maximum(tested * change, SMALLEST)
         assert best is not None
         return best
 
 
-def _descended(
-    problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, deadline: Deadline
-) -> tuple[Array, StopReason]:
-    """Return the poses of the last solve of ``irls`` from ``x`` ``(n, …)``, and why it is."""
+def finished(steps: Steps[T]) -> T:
+    """Do all ``steps``, and return what they end with."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return cast(T, end.value)
+
+
+def _descending(
+    problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, most: int, deadline: Deadline
+) -> Steps[tuple[Array, StopReason]]:
+    """Do ``irls`` from ``x`` ``(n, …)``, ``most`` solves, and return its poses and why it ends."""
     stop = StopReason.ITERATION_LIMIT
-    for _ in range(_ROUND):
+    for _ in range(most):
         result = irls(problem, kernel, x, tol=TOL, max_iterations=1, max_seconds=deadline.left)
         x, stop = result.x, result.stop
+        yield
         if stop is not StopReason.ITERATION_LIMIT:
             break
         if deadline.passed:

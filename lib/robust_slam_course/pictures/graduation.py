@@ -27,7 +27,7 @@ def graduation() -> Picture:
     starts, ways = _margins(good)[:, _ASKED], _margins(good.swapaxes(0, 1))[:, _ASKED]
     return Picture(
         name="graduation",
-        title="The start, or graduation?",
+        title="Eighty small maps",
         question=ask(
             "What saves more maps from 50 % consistent outliers, at 0.05 rad a step?",
             {

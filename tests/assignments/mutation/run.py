@@ -11,14 +11,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import marking
-from robust_slam_autograder.grading.marked import Marked
+from robust_slam_autograder.executor.seeds import SHARED_TOWN
+from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import ExerciseResult, Result, without_grade
+from robust_slam_autograder.grading.submissions import Outcome
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.defaults import Limits
-from robust_slam_autograder.reading.submission import Submission
+from robust_slam_autograder.reading.submission import Code
 
 from tests.assignments.mutation.bare_fork import BareFork
 from tests.assignments.mutation.cells import Mutant, mutants
@@ -51,7 +52,7 @@ class Exercise:
 
     assignment: Assignment
     """With this exercise's cases alone, and small limits."""
-    reference: Submission
+    reference: Code
     cell: str
     """Grade id of the solution cell."""
     source: str
@@ -122,7 +123,7 @@ def grade(exercise: Exercise, mutant: Mutant, *, seed: int) -> Verdict:
     return Verdict(mutant, tuple(_lost(result)))
 
 
-_NOT_SEEN = Marked(without_grade("graded", "", student="", assignment="", max_score=0))
+_NOT_SEEN = Outcome(without_grade("graded", "", student="", assignment="", max_score=0))
 
 
 def _result(exercise: Exercise, source: str, seed: int) -> Result:
@@ -133,8 +134,8 @@ def _result(exercise: Exercise, source: str, seed: int) -> Result:
     )
     code = replace(exercise.reference, pieces=pieces)
     # The pass over whole cases alone: it has the visible checks too.
-    whose = marking.Whose("mutant", exercise.assignment, code)
-    return marking.finish(whose, _NOT_SEEN, seed=seed, sandbox=BareFork()).result
+    whose = "mutant", exercise.assignment, code, SHARED_TOWN
+    return passes.finish(*whose, _NOT_SEEN, seed=seed, sandbox=BareFork()).result
 
 
 def _limits(given: Limits, seconds: float) -> Limits:

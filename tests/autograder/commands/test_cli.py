@@ -1,6 +1,7 @@
 """The command line: what a path means, exit statuses, and messages that name the remedy."""
 
 import json
+import shutil
 import subprocess
 import sys
 from importlib import metadata
@@ -273,7 +274,30 @@ class TestCheck:
         assert "✓ passed   apply (visible cases; 1 hidden case remains)" in out
         other = toy.write(course / "other.ipynb", without_tests)
         status, _, err = autograder("check", other, "--release", course / "release")
-        assert status == 2 and f"{course / 'release'} has none for it" in err
+        assert (
+            status == 2 and f"{course / 'release'} holds the releases of {toy.NAME}: name" in err
+        )
+        assert f"autograder check other.ipynb --release {course / 'release' / toy.NAME}" in err
+        assert autograder("check", other, "--release", course / "release" / toy.NAME)[0] == 1
+
+    def test_another_assignments_notebook_is_no_wrong_answer(self, course, check, autograder):
+        """Nor is it one in the grade, where it was marked 0 without a word."""
+        triple = toy.cell("def triple(x): pass", "triple", solution=True)
+        other = toy.notebook([toy.cell(toy.SETUP, "setup", locked=True), triple])
+        status, _, err = check(other)
+        assert status == 2 and "Nothing in this notebook is of" in err
+        handed = toy.hand_in(course / "submitted", "bo", other)
+        status, out, _ = autograder("grade", handed, "--out", "graded", *toy.quickly())
+        assert status == 0 and "refused: Nothing in this notebook is of 07-toy, so it may" in out
+
+    def test_a_notebook_whose_ending_is_in_capitals_is_graded(self, course, autograder):
+        folder = toy.hand_in(course / "submitted", "bo", toy.answer())
+        (file,) = folder.iterdir()
+        plain = file.rename(course / "cy.IPYNB")
+        shutil.copy(plain, folder / f"{toy.NAME}.IPYNB")
+        how = ("--assignment", toy.NAME, "--out", "graded", *toy.quickly())
+        status, out, err = autograder("grade", folder, plain, *how)
+        assert (status, err) == (0, "") and out.count("20/20") == 2
 
     @pytest.mark.parametrize(
         ("module", "config", "said"),

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.commands.submissions import Places, Reader
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.grading import tasks
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading import submissions
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.nbgrader import recording
 
 from tests.autograder import toy
@@ -158,9 +158,9 @@ def test_two_paths_of_one_submission_cost_no_other_student_a_mark(course):
 def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path):
     path = tmp_path / ("x" * 300) / toy.NAME
     assert read([path]) == ({}, [path])
-    job = Job("eve", toy.assignment(), tmp_path, path)
+    job = Submission("eve", toy.assignment(), tmp_path, path)
     with pytest.raises(Refused, match="cannot be read"):
-        tasks.locate(job)
+        submissions.locate(job)
 
 
 def test_the_documented_command_grades_everyone_else(course, run):

@@ -53,6 +53,8 @@ def test_the_best_come_first_and_what_is_refused_last(tmp_path, autograder, game
 def test_each_students_file_is_read_alone_and_shown_in_one_short_line(tmp_path, autograder, game):
     (given := tmp_path / "given").mkdir()
     (given / "mal.txt").symlink_to(__file__)
+    (tmp_path / "own.txt").write_text("9:25")
+    (given / "hard.txt").hardlink_to(tmp_path / "own.txt")
     os.mkfifo(given / "pipe.txt")
     (given / "=cmd().txt").write_text("9:5")
     (given / "long.txt").write_text("\x1b[2J" + "9" * 10**6)

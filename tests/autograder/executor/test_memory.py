@@ -55,7 +55,14 @@ def hold(count: int) -> bool:
         return len(bytearray(memory.KEPT_BACK_BYTES // 2)) == 0
 
 
+def test_a_students_own_check_gives_tests_the_same_share(monkeypatch):
+    monkeypatch.setattr(memory, "HELD_BYTES", SHARE)
+    with pytest.raises(MemoryError), memory.for_tests():
+        bytearray(4 * SHARE)
+    assert len(bytearray(4 * SHARE)) == 4 * SHARE
+
+
 def test_tests_have_their_share_and_the_grader_keeps_its_own():
-    sizes = [memory.HELD_BYTES // 2, memory.HELD_BYTES + memory.KEPT_BACK_BYTES]
+    sizes = [memory.HELD_BYTES // 2, memory.HELD_BYTES + memory.KEPT_BACK_BYTES // 2]
     answers = trusted.run_each(sizes, hold, at_once=1, seconds=lambda task: 60)
     assert [answer for _, answer in answers] == [True, False]

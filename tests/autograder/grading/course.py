@@ -5,9 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robust_slam_autograder.grading import batch, journal
-from robust_slam_autograder.grading.batch import Graded, Graders
-from robust_slam_autograder.grading.naming import Naming, nameless
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.batch import Graded, Graders, Naming, nameless
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
 
@@ -40,11 +39,11 @@ def leave(course: Path, *students: str) -> None:
             shutil.rmtree(folder)
 
 
-def jobs(course: Path) -> list[Job]:
+def jobs(course: Path) -> list[Submission]:
     tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
     loaded = assignments.load(tests)
     folders = sorted((course / "submitted").iterdir())
-    return [Job(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
+    return [Submission(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
 
 
 def grade(
@@ -54,7 +53,7 @@ def grade(
     workers: int = 2,
     report: Callable[[Graded], None] = lambda graded: None,
     wall: Sandbox | None = None,
-    given: list[Job] | None = None,
+    given: list[Submission] | None = None,
     graders: Graders = batch.processes,
     naming: Naming = nameless,
 ) -> list[Graded]:

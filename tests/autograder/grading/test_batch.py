@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import trusted
-from robust_slam_autograder.grading import batch, journal, results, tasks
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading import batch, journal, results, submissions
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder import toy
@@ -58,10 +58,10 @@ def started(monkeypatch):
     found: list[tuple[str, bool, bool]] = []
     run = trusted.run_each
 
-    def noted(given: Iterable[tasks.Task], *arguments: Any, **options: Any) -> Any:
-        def each() -> Iterator[tasks.Task]:
+    def noted(given: Iterable[Submission], *arguments: Any, **options: Any) -> Any:
+        def each() -> Iterator[Submission]:
             for task in given:
-                found.append((task.job.student, task.seen is not None, options["at_once"] == 1))
+                found.append((task.student, task.seen is not None, options["at_once"] == 1))
                 yield task
 
         return run(each(), *arguments, **options)
@@ -195,11 +195,11 @@ def test_what_has_not_changed_is_reused(course):
 def test_what_is_installed_counts_and_not_what_a_package_carries(
     place, counts, tmp_path, monkeypatch
 ):
-    before = tasks.code_digest.__wrapped__()
+    before = submissions.code_digest.__wrapped__()
     folder = tmp_path / "site-packages" / place
     (folder / "tool-1.0.dist-info").mkdir(parents=True)
     monkeypatch.syspath_prepend(folder)
-    assert (tasks.code_digest.__wrapped__() != before) == counts
+    assert (submissions.code_digest.__wrapped__() != before) == counts
 
 
 def test_a_second_batch_waits_for_its_turn(tmp_path):
@@ -257,7 +257,7 @@ def test_a_link_on_the_way_is_refused(course):
     (submitted / "yan" / toy.NAME).symlink_to(submitted / "ada" / toy.NAME)
     for job in jobs(course)[-2:]:
         with pytest.raises(Refused, match="is a link"):
-            tasks.locate(job)
+            submissions.locate(job)
 
 
 def test_a_course_below_a_link_is_graded(course):
@@ -265,7 +265,7 @@ def test_a_course_below_a_link_is_graded(course):
     (course / "elsewhere").symlink_to("submitted")
     job = jobs(course)[0]
     path = course / "elsewhere" / "ada" / toy.NAME
-    assert tasks.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
+    assert submissions.locate(Submission("ada", job.assignment, job.tests, path))[0].is_file()
 
 
 def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course):

@@ -20,10 +20,9 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import dask_workers as engine
 from robust_slam_autograder.executor.dask_workers import Cluster, Unfit
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import batch, journal, marked, remote, tasks
+from robust_slam_autograder.grading import batch, journal, remote, submissions
 from robust_slam_autograder.grading.batch import Graded, Terms
-from robust_slam_autograder.grading.marked import Marked
-from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.grading.submissions import Outcome, Submission
 from robust_slam_autograder.sandbox import BACK_ENDS, Unsandboxed
 
 from tests.autograder import toy
@@ -107,10 +106,10 @@ def grade(course: Path, workers: Cluster, **options: Any) -> list[Graded]:
     return grade_here(course, workers=most, graders=there, **options)
 
 
-def graded_here(job: Job) -> Marked:
+def graded_here(job: Submission) -> Outcome:
     """What the visible pass comes to in this process, for a submission as it lies on the disk."""
-    task = tasks.Fingerprints(1, Unsandboxed()).task(job)
-    return batch.grade_task(task, seed=1, wall=Unsandboxed())
+    task = submissions.Fingerprints(1, Unsandboxed()).read(job)
+    return batch.run_pass(task, seed=1, wall=Unsandboxed())
 
 
 def lines(out: Path) -> Counter[str]:
@@ -234,7 +233,7 @@ class TestWhatAWorkerMayDo:
         answer = remote.grade_on_worker("0", remote.UNSANDBOXED, b"no pickle")
         assert answer == Unfit(remote.OTHER_CODE)
         monkeypatch.setitem(BACK_ENDS, "fork", toy.Broken())
-        answer = remote.grade_on_worker(tasks.code_digest(), "fork", b"no pickle")
+        answer = remote.grade_on_worker(submissions.code_digest(), "fork", b"no pickle")
         assert isinstance(answer, Unfit) and "(it is not installed)" in answer.why
 
     def test_a_submission_travels_as_it_was_read(self, tmp_path):
@@ -243,21 +242,21 @@ class TestWhatAWorkerMayDo:
         leave(course, "ada")
         (job,) = jobs(course)
         fake = Fake({"tcp://a:1": 1})
-        sent: list[tasks.Task] = []
+        sent: list[Submission] = []
         path = job.path / f"{toy.NAME}.ipynb"
 
         def answer(worker: str, code: str, wall: str, parcel: bytes) -> str:
             sent.append(pickle.loads(parcel)[0])
             path.write_text(path.read_text() + " ")
-            passed = batch.grade_task(sent[-1], seed=1, wall=Unsandboxed())
-            return marked.as_text(passed)
+            passed = batch.run_pass(sent[-1], seed=1, wall=Unsandboxed())
+            return passed.as_text()
 
         fake.answer = answer
         grade(course, fake.cluster(), given=[job])
         noted = journal.open_journal(course / "out", 1).graded[job.key]
         assert noted == sent[0].fingerprint
-        assert noted != tasks.Fingerprints(1, Unsandboxed()).of(job)
-        assert [task.handed.data + b"  " for task in sent] == [path.read_bytes()] * 2
+        assert noted != submissions.Fingerprints(1, Unsandboxed()).read(job).fingerprint
+        assert [task.data + b"  " for task in sent] == [path.read_bytes()] * 2
 
 
 @pytest.mark.parametrize(
@@ -266,8 +265,8 @@ class TestWhatAWorkerMayDo:
 def test_what_is_no_result_of_this_one_is_a_failure_of_the_grader(tmp_path, answer):
     first, second, *_ = jobs(make_course(tmp_path))
     if answer == "another's":
-        answer = marked.as_text(graded_here(first))
-        assert taken(answer, first) == marked.from_text(answer)
+        answer = graded_here(first).as_text()
+        assert taken(answer, first) == Outcome.from_text(answer)
     assert taken(answer, second) == Broken("sent back no result")
 
 
@@ -314,10 +313,10 @@ class Fake:
         pass
 
 
-def taken(answer: Any, job: Job) -> Marked | Broken:
+def taken(answer: Any, job: Submission) -> Outcome | Broken:
     """What a worker's answer for a submission is taken for."""
     fake = Fake({"tcp://a:1": 1}, answer=lambda worker, *arguments: answer)
-    task = tasks.Fingerprints(1, Unsandboxed()).task(job)
+    task = submissions.Fingerprints(1, Unsandboxed()).read(job)
     ((_, found),) = remote.grade(fake.cluster(), Terms(1, Unsandboxed(), ()), [task], 2)
     return found
 
@@ -370,6 +369,7 @@ class TestEngine:
         fake = Fake({"tcp://a:1": 1})
 
         def answer(worker: str, task: int) -> Any:
+            assert len(fake.sent) < 50, "a task is sent again for ever"
             if task == 0:
                 fake.threads[f"tcp://a:{len(fake.sent) + 1}"] = 1
                 return "dies"

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robust_slam_autograder.grading import causes, explain
+from robust_slam_autograder.grading import explain, likely_causes
 from robust_slam_autograder.grading.results import Compared, ExerciseResult
 from robust_slam_autograder.reading.assignment import Config
 
@@ -63,8 +63,8 @@ def test_what_came_back_stands_beside_what_was_expected(cell, sentence):
     ("value", "sentence"),
     [
         (2.0000300000001, "returned 2.00003; expected 2.0."),
-        ([1.0, float("nan")], f"returned [1.0, nan]; expected 2.0. {causes.NAN}"),
-        (None, f"returned None. {causes.NO_VALUE}"),
+        ([1.0, float("nan")], f"returned [1.0, nan]; expected 2.0. {likely_causes.NAN}"),
+        (None, f"returned None. {likely_causes.NO_VALUE}"),
         (np.zeros((2, 2)), "returned [[0., 0.], [0., 0.]]; expected 2.0."),
         ((1, [2]), "returned (1, [2])."),
     ],
@@ -109,7 +109,7 @@ def test_two_values_that_were_compared_are_data_too():
     found = returned("assert f(3) < 6", f=lambda _: None if _ == 1 else 7)
     assert found.compared == Compared("f(3)", "7", "expected less than", "6", "")
     found = returned("assert np.allclose(f(), 2.0)", f=lambda: [1.0, np.nan])
-    assert found.compared is not None and found.compared.remark == causes.NAN
+    assert found.compared is not None and found.compared.remark == likely_causes.NAN
     assert returned("f(3)[0]", f=lambda _: 7).compared is None
 
 
@@ -180,7 +180,7 @@ def test_exceptions_have_a_likely_cause(raised, sentence):
     """The exceptions are those of the installed Python and NumPy, not texts written here."""
     with pytest.raises(Exception) as caught:
         eval(raised, {"np": np})
-    told = causes.likely(f"{type(caught.value).__name__}: {caught.value}")
+    told = likely_causes.likely(f"{type(caught.value).__name__}: {caught.value}")
     assert sentence in told if sentence else told == ""
 
 

@@ -8,7 +8,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.grading import marking, results
+from robust_slam_autograder.grading import messages, results
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading.assignment import Assignment, Config
 from robust_slam_autograder.reading.defaults import Limits
@@ -99,5 +99,5 @@ def test_a_hidden_check_says_nothing_of_the_students(own, tmp_path, capfd):
     said = results.as_text(result) + "".join(capfd.readouterr())
     assert CANARY not in said
     assert {case.message for case in cases.values()} == {HINT}
-    constants = {HINT, *getattr(marking, "FAULT_SENTENCES", {}).values()}
+    constants = {HINT, *messages.FAULT_SENTENCES.values()}
     assert {exercise.message for exercise in result.exercises} <= constants

@@ -1,14 +1,16 @@
 """Points need evidence; messages teach; hidden tests give one bit and the hint."""
 
+import ast
 import os
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.grading import marking, wording
+from robust_slam_autograder.grading import messages, passes
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.reading.assignment import Assignment, Config
 from robust_slam_autograder.reading.defaults import Limits
@@ -56,7 +58,7 @@ def test_each_case_earns_its_points_whole_or_not_at_all():
     ("answer", "sentence"),
     [
         ("def double(x): return 7\n", "double(3) is 6: add the number to itself"),
-        ("def double(x): raise NotImplementedError\n", wording.NOT_WRITTEN),
+        ("def double(x): raise NotImplementedError\n", messages.NOT_WRITTEN),
         ("def double(x):\n    return x['a']\n",
          "TypeError: 'int' object is not subscriptable (line 2 of your cell)."),
         ("def double(x): return {1}\n",
@@ -157,7 +159,7 @@ def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time()
     answer = toy.answer("def double(x):\n    return TWO * np.asarray(x)\n", toy.APPLY, slow)
     result = toy.graded(answer, limited(call_seconds=1, cell_seconds=0.5))
     assert exercise(result).status == "failed"
-    assert exercise(result).message.startswith(f"{wording.LEFT_OUT}: name 'TWO'")
+    assert exercise(result).message.startswith(f"{messages.LEFT_OUT}: name 'TWO'")
     assert exercise(result, "apply").status == "passed"
 
 
@@ -176,8 +178,8 @@ def test_what_a_busy_machine_may_be_to_blame_for_is_doubtful(double, is_doubtful
     tests = limited(call_seconds=1, cell_seconds=0.5)
     slow = [toy.cell("import time\nTWO = time.sleep(9) or 2\n")] if "TWO" in double else []
     value = toy.answer(double, toy.APPLY, *slow)
-    whose = marking.Whose("a", tests, toy.submission(value, tests))
-    assert marking.look(whose, sandbox=Unsandboxed()).doubtful == is_doubtful
+    code = toy.submission(value, tests)
+    assert passes.look("a", tests, code, sandbox=Unsandboxed()).doubtful == is_doubtful
 
 
 CALLER = "def apply(f, x, times):\n    return double(f(x)), [{}]\n"
@@ -187,7 +189,7 @@ def test_who_calls_what_is_not_written_is_told_so():
     unwritten = toy.graded(
         toy.answer("def double(x):\n    raise NotImplementedError\n", CALLER.format(""))
     )
-    assert exercise(unwritten).message == wording.NOT_WRITTEN
+    assert exercise(unwritten).message == messages.NOT_WRITTEN
     said = "apply calls double, which is not written yet: it raises NotImplementedError."
     assert exercise(unwritten, "apply").message == said
 
@@ -219,6 +221,39 @@ def test_what_depends_on_a_function_that_hung_is_stopped(depends):
     assert found.status == ("timeout" if depends else "passed")
     said = "Not run: your code depends on double, which ran longer than it may: begin there."
     assert (found.message == said) is depends
+
+
+def test_what_calls_a_function_that_does_not_pass_says_so():
+    value = toy.answer("def double(x): return 7\n", "def apply(f, x, times): return double(x)\n")
+    said = "apply calls double, which does not pass: begin there."
+    assert said in exercise(toy.graded(value), "apply").message
+    assert said not in exercise(toy.graded(value)).message
+
+
+@pytest.mark.parametrize("fields", [{}, {"grade_id": "double", "solution": True}])
+def test_a_cell_that_was_split_inside_of_a_function_is_told_as_that(fields):
+    value = toy.answer("def double(x):\n    y = 2 * x\n")
+    value["cells"].insert(2, toy.cell("\n    y = y + 0\n    return y\n\nz = 1\n", **fields))
+    assert "A cell begins inside of a function" in toy.graded(value).reason
+    assert "was a cell split inside of it?" in exercise(grade("def double(x):\n")).message
+    assert not grade("x = 1\ndef double(x):\n    return 2 * x\n").reason
+
+
+@pytest.mark.parametrize("body", ["while True: pass", "return x['a']", "return 7"])
+def test_no_text_of_a_students_is_parsed_on_this_side(monkeypatch, body):
+    """Magics make a reader slow: a hang of one exercise had all of them read once more here."""
+    read: list[str] = []
+    parse = ast.parse
+
+    def noted(text: str, *more: Any, **options: Any) -> ast.AST:
+        read.append(text)
+        return parse(text, *more, **options)
+
+    monkeypatch.setattr(ast, "parse", noted)
+    value = toy.answer(f"def double(x):\n    {body}\n", CALLER.format(""), toy.cell("%own\na = 1"))
+    result = toy.graded(value, limited(call_seconds=0.3, cell_seconds=5, notebook_seconds=20))
+    assert exercise(result).status != "passed" and exercise(result, "apply").message
+    assert not [text for text in read if "%own" in text or f"\n    {body}" in text]
 
 
 def test_a_submission_has_its_time_and_no_more():

@@ -17,9 +17,8 @@ from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.misconceptions import known, survey
-from robust_slam_autograder.misconceptions.bench import Setting
-from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions import survey, tables
+from robust_slam_autograder.misconceptions.tables import Known
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
@@ -122,10 +121,10 @@ def attack(name: str, wall: str) -> Report:
 def _label(course: Course) -> None:
     """Find out how answers can be wrong: labels must tell nothing of hidden inputs either."""
     tests = course.root / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    setting = Setting(tests, assignments.load(tests))
-    found = {name: survey.survey(setting, name, []) for name in setting.assignment.exercises}
+    assignment = assignments.load(tests)
+    found = {name: survey.survey(tests, assignment, name, []) for name in assignment.exercises}
     folder = course.root / layout.MISCONCEPTIONS
-    known.write(folder, toy.NAME, Known(known.digest(tests), "", found))
+    tables.write_made(folder, toy.NAME, Known(tables.digest(tests), "", found))
 
 
 def _make(root: Path, tree: Path, name: str, limits: str) -> Course:

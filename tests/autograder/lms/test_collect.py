@@ -66,7 +66,8 @@ def collect(tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch) ->
 
 def written(folder: Path) -> dict[str, str]:
     there = sorted((folder / "in").rglob("*")) if (folder / "in").exists() else []
-    return {str(p.relative_to(folder / "in")): p.read_text() for p in there if p.is_file()}
+    there = [path for path in there if path.is_file() and path.name != downloads.LEFT_OUT]
+    return {str(p.relative_to(folder / "in")): p.read_text() for p in there}
 
 
 def test_what_canvas_hands_out_becomes_a_classs_folders(tmp_path, collect):
@@ -116,7 +117,7 @@ JANE = "Jane Smith_901_assignsubmission_file"
     [
         *(f"{JANE}/{FILE}", f"{JANE}_/{FILE}", f"{JANE}_{FILE}", f"{JANE}_/a/b/{FILE}"),
         *(f"all/all/{JANE}/a/{FILE}", f"all\\{JANE}\\{FILE}", f"all/{JANE}_{FILE}"),
-        *(f"Smith Jane{JANE[10:]}/{FILE}", f"Smith, Jane{JANE[10:]}_{FILE}"),
+        *(f"Smith, Jane{JANE[10:]}/{FILE}", f"Smith, Jane{JANE[10:]}_{FILE}"),
         f"{JANE}/Al Twin{JANE[10:]}/{FILE}",
     ],
 )
@@ -217,6 +218,18 @@ DOUBTFUL = {
     f"twin_8_12345_67_{FILE}": "may be of several people on the roster",
     f"a/b/smithjohn_99_1_\x1b[31m{FILE}": "left out: a/b/smithjohn_99_1_\\x1b[31m",
 }
+NUMBERED = """Identifier,Full name,Email address
+Participant 17,Jane Smith,jane
+Participant 18,Bo Ray,bo
+"""
+WRONG = "has not the name that this system gives"
+SWAPPED = "has another name, or number beside it, than the roster's line"
+
+
+def moodle(name: str, number: int = 9) -> str:
+    return f"{name}_{number}_assignsubmission_file/{FILE}"
+
+
 ANA, BO = (f"{name}_9_assignsubmission_file/{FILE}" for name in ("Ana ODell", "Bo Ü"))
 TWO = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
 
@@ -224,6 +237,27 @@ TWO = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
 @pytest.mark.parametrize(
     ("roster", "files", "arguments", "told", "times", "taken"),
     [
+        (MOODLE, [moodle("Smith Jane")], [], f"{SWAPPED} 2 (jane@example.edu)", 1, set()),
+        (MOODLE, [moodle("Lou-Jane Smith")], [], f"{SWAPPED} 2 (jane@", 1, set()),
+        (
+            MOODLE,
+            [moodle("Smith Jane")],
+            *(["--name", "Last name", "First name"], "", 1, {"jane@example.edu"}),
+        ),
+        (
+            NUMBERED,
+            [f"{moodle('Bo Ray')[:-13]}_x/{moodle('Jane Smith', 17)}"],
+            [],
+            WRONG,
+            1,
+            set(),
+        ),
+        (NUMBERED, [moodle("Bo Ray", 17)], [], f"{SWAPPED} 2 (jane)", 1, set()),
+        (NUMBERED, [moodle("Team Red", 17)], [], f"{SWAPPED} 2 (jane)", 1, set()),
+        (NUMBERED, [moodle("Bo Ray", 19)], [], f"{SWAPPED} 3 (bo)", 1, set()),
+        (NUMBERED, [moodle("Participant", 17)], [], "", 1, {"jane"}),
+        (NUMBERED, [moodle("Participant 17", 17)], [], "", 1, {"jane"}),
+        (NUMBERED, [moodle("Team-2-Bo Ray", 18)], [], "", 1, {"bo"}),
         *((CANVAS, [name], [], why, 1, set()) for name, why in DOUBTFUL.items()),
         # As Moodle cleans the names on the roster, two are equal.
         (TWINS, [ANA, BO], [], "lines 2 (ana) and 3 (other)", 1, {"bo"}),
@@ -234,7 +268,7 @@ TWO = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
 def test_what_is_in_doubt_is_told_and_never_guessed(
     tmp_path, collect, roster, files, arguments, told, times, taken
 ):
-    system = "moodle" if roster is TWINS else "canvas"
+    system = "canvas" if roster is CANVAS else "moodle"
     status, out, err = collect(system, dict.fromkeys(files, ONE), *arguments, roster=roster)
     assert status == bool(told) and err.count(told) == times
     assert f"{len(taken)} notebooks of {len(taken)} students" in out
@@ -248,8 +282,28 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(tmp_path, collect):
     status, _, err = collect("canvas", {name: OTHER})
     assert status == 1 and f"differs from what in/jsmith/{toy.NAME} holds already" in err
     assert written(tmp_path)[f"jsmith/{toy.NAME}/{FILE}"] == ONE and stamp.exists()
+    status, out, _ = collect("canvas", {f"twinal_8_3_{FILE}": ONE})
+    assert "no notebook of 07-toy: 1 (ada@example.edu)" in out, "of who has one nothing is said"
     assert collect("canvas", {name: OTHER}, "--replace")[0] == 0
-    assert written(tmp_path) == {f"jsmith/{toy.NAME}/{FILE}": OTHER}
+    del (there := written(tmp_path))[f"al/{toy.NAME}/{FILE}"]
+    assert there == {f"jsmith/{toy.NAME}/{FILE}": OTHER}
+
+
+def test_what_was_left_out_is_remembered_until_it_is_collected(tmp_path, collect):
+    left = tmp_path / "in" / ".left-out.json"
+    files = {f"smithjohn_99_678_{FILE}": ONE, f"twinal_8_3_{FILE}": ONE, "x_8_2_a.pdf": ONE}
+    packed = {"lovelaceada_67_2_mine.ZIP": ONE}
+    collect("canvas", files | packed)
+    assert json.loads(left.read_text()) == dict.fromkeys([*packed, next(iter(files))], toy.NAME)
+    left.write_text(json.dumps({next(iter(files)): toy.NAME}))
+    collect("canvas", {f"lovelaceada_67_9_{FILE}": "{"})
+    collect("canvas", {f"lovelaceada_67_9_{FILE}": ONE}, *NAMED)
+    assert list(json.loads(left.read_text())) == [f"smithjohn_99_678_{FILE}"], "she has a notebook"
+    assert collect("canvas", files, roster=CANVAS.replace("12345", "99"))[0] == 1
+    assert not left.exists()
+    left.write_text("[")
+    status, out, err = collect("canvas", files)
+    assert (status, out) == (2, "") and ".left-out.json cannot be read: delete it" in err
 
 
 def test_a_link_in_the_way_is_not_followed(tmp_path, collect):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import shutil
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -112,7 +113,13 @@ def test_students_get_numbers_that_grading_uses(course, export, autograder):
     export("canvas", CANVAS)
     assert autograder("towns", *what)[0] == 0
     first, journal = rows(course), open_journal(course / "out", None)
-    assert first[0][-1] == "Town"
+    assert first[0][-1] == "Town" and first[1][-1] == "0"
+    old = CANVAS.replace(",Final Score", ",Town (7)").replace(",(read only)", ",1000000.00")
+    assert autograder("export", *what)[0] == 0
+    (course / "roster.csv").write_text(old, encoding="utf-8")
+    assert autograder("towns", *what)[0] == 0 and rows(course)[1][-1] == "0"
+    (course / "roster.csv").write_text(CANVAS, encoding="utf-8")
+    assert autograder("towns", *what)[0] == 0
     assert [row[-1] for row in first[2:5]] == [str(journal.town(n)) for n in ("ada", ZOE, "gone")]
     assert autograder("towns", *what)[0] == 0 and rows(course) == first
 
@@ -145,6 +152,8 @@ ADA = CANVAS.replace(",ada,", ",00Ada,")
         (ADA, ["--missing-as-zero"], 1, "capitals differ: ada as 00Ada", ["", "4", "7"]),
         (ELSE, [], 0, "new columns, because the roster has none", ["15", "4", ""]),
         (ELSE, ["--column", "07-toy=Else (881)"], 0, "", ["15", "4", "7"]),
+        (CANVAS.replace(",ada,", ",ada\u3000,"), [], 0, "", ["15", "4", "7"]),
+        (CANVAS.replace(",20,", ',"0020,00",'), [], 0, "", ["15", "4", "7"]),
     ],
 )
 def test_each_student_has_the_mark_that_there_is(
@@ -176,7 +185,30 @@ def test_whose_notebook_could_not_be_read_is_named(course, export):
     record(course / "out", samples.refused("It is no notebook."))
     status, _, err = export("canvas", CANVAS)
     assert status == 0 and column(course)[0] == "0"
-    assert "ada/07-toy could not be read, so no test has given it points: let it be" in err
+    assert "ada/07-toy was refused, so no test has given it points: let it be" in err
+    assert "(It is no notebook.)" in err
+
+
+def test_nobody_has_a_zero_whose_notebook_collect_may_have_left_out(course, export, autograder):
+    zipped = "twin_99_1_07-toy.ipynb"
+    with zipfile.ZipFile("all.zip", "w") as file:
+        file.writestr(zipped, "{}")
+    (course / "roster.csv").write_text(CANVAS, encoding="utf-8")
+    what = ("all.zip", "--format", "canvas", "--roster", "roster.csv")
+    assert autograder("collect", *what, "--assignment", toy.NAME)[0] == 1
+    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
+    assert status == 1 and column(course) == ["15", "4", "7"]
+    assert f"no 0 either, for what collect left out may be theirs ({zipped})" in err
+    file = course / "class" / "submitted" / ".left-out.json"
+    file.write_text(file.read_text().replace(toy.NAME, "08-other"))
+    assert export("canvas", CANVAS, "--missing-as-zero")[0] == 0
+    assert column(course) == ["15", "4", "0"]
+
+
+def test_a_column_that_canvas_would_pass_over_is_named(course, export):
+    named = ("--column", "07-toy=Final Grade of toys (881)")
+    status, _, err = export("canvas", CANVAS.replace("The toy", "Final Grade of toys"), *named)
+    assert status == 2 and "Canvas passes over every column like 'Final Grade of toys" in err
 
 
 def test_what_a_person_gave_counts_and_what_waits_is_told(course, export):
@@ -280,6 +312,7 @@ class TestLate:
         ("canvas", "SIS Login ID", "Login", "roster.csv:1: there is no column 'SIS Login ID'"),
         ("canvas", ",gone,", ",ada,", "roster.csv:6: 'ada' stands in line 4 already"),
         ("canvas", "Possible,,,,,,20", "Possible,,,,,,100", "roster.csv:3: Canvas has 07-toy out"),
+        ("canvas", "Possible,,,,,,20", 'Possible,,,,,,"1,020.0"', "07-toy out of 1,020.0, its"),
         ("canvas", "Notes", "The toy (882)", "'The toy (882)' and 'The toy (881)' may both be"),
         ("canvas", ",13,s3,gone", ",,s3,=gone", "roster.csv:6: SIS Login ID '=gone' begins as"),
         ("moodle", ",gone,", ",-gone,", "roster.csv:4: Email address '-gone' begins as a formula"),

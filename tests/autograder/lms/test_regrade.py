@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.executor import seeds, trusted
-from robust_slam_autograder.grading import journal, regrading, results, tasks
+from robust_slam_autograder.grading import journal, regrading, results, submissions
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
@@ -99,9 +99,9 @@ def answers_become(monkeypatch: pytest.MonkeyPatch, changed: Callable[[str, Any]
     """Change what comes of each student: a patch does not reach the processes that grade."""
     every = trusted.run_each
 
-    def answers(*arguments: Any, **options: Any) -> Iterator[tuple[tasks.Task, Any]]:
+    def answers(*arguments: Any, **options: Any) -> Iterator[tuple[submissions.Submission, Any]]:
         for task, answer in every(*arguments, **options):
-            yield task, changed(task.job.student, answer)
+            yield task, changed(task.student, answer)
 
     monkeypatch.setattr(trusted, "run_each", answers)
 

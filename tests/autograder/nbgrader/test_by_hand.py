@@ -81,7 +81,7 @@ def everywhere(course: Path, autograder: Run) -> dict[str, tuple[float, float]]:
 def test_every_door_tells_the_same_mark(graded, mark, autograder):
     assert set(everywhere(graded, autograder).values()) == {(10, 25)}
     status, out, _ = mark("apply", "+4", "--reason", REASON)
-    assert status == 0 and "0 by the tests, +4 by hand: 4 of 10 points" in out
+    assert status == 0 and "0 by the tests, +4 by hand: 4/10 points" in out
     assert mark("double", "-1.5", "--reason", "Copied.")[0] == 0
     course_of.enter(course_of.database(graded), "ada", "why", 2.25)
     found = everywhere(graded, autograder)

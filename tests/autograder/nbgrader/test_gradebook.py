@@ -12,7 +12,7 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.nbgrader import database as place
 from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.nbgrader.database import url_of
-from robust_slam_autograder.reading import answers
+from robust_slam_autograder.reading import submission
 
 from tests.autograder import toy
 from tests.autograder.grading.disks import full_disk
@@ -87,7 +87,7 @@ def test_what_a_person_marks_is_declared_and_waits(database):
 def test_an_absent_answer_does_not_wait_for_a_person(database):
     written = {"ada": "", "ben": f" {course.RELEASED_WHY}\n", "cem": "Because."}
     marks = [
-        replace(marked(name, FULL), texts={"why": answers.digest(text)})
+        replace(marked(name, FULL), texts={"why": submission.digest(text)})
         for name, text in written.items()
     ]
     gradebook.record(database, [with_text()], marks)

@@ -4,6 +4,7 @@ import json
 import resource
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import nbformat
@@ -11,7 +12,7 @@ import pytest
 from bs4 import BeautifulSoup
 from nbformat.v4 import new_code_cell, new_output
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.grading.tasks import Handed
+from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.nbgrader import graded_notebook
 from robust_slam_autograder.nbgrader.safe_markdown import LONGEST, as_html, code_as_html
 from robust_slam_autograder.nbgrader.steps import HideTests
@@ -36,8 +37,9 @@ def graded(message: str) -> Result:
 
 def build(tests: Assignment, value: dict[str, Any], made: Result | None = None) -> dict[str, Any]:
     """The page's cells by grade id; the student's own under their texts."""
-    handed = Handed("ada.ipynb", json.dumps(value).encode())
-    page = graded_notebook.build(tests, handed, made or graded("Try it."))
+    data = json.dumps(value).encode()
+    handed = Submission("ada", tests, Path(), Path(), "ada.ipynb", data)
+    page = graded_notebook.build(handed, made or graded("Try it."))
     nbformat.validate(page)
     return {c.metadata.get("nbgrader", {}).get("grade_id") or c.source: c for c in page.cells}
 

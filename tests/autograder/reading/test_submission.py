@@ -6,18 +6,18 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.reading.submission import OWN, Submission, notebook_in
+from robust_slam_autograder.reading.submission import OWN, Code, notebook_in
 
 from tests.autograder import toy
 
 DOUBLE, APPLY = "def double(x): pass\n", "def apply(f, x, times): pass\n"
 
 
-def collect(*cells: dict[str, Any]) -> Submission:
+def collect(*cells: dict[str, Any]) -> Code:
     return toy.submission(toy.notebook(list(cells)), toy.assignment())
 
 
-def labels(found: Submission) -> list[tuple[str, bool]]:
+def labels(found: Code) -> list[tuple[str, bool]]:
     return [(piece.label, piece.own) for piece in found.pieces]
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
 
-from robust_slam_autograder.grading.by_hand import Entered, Entries, Entry
+from robust_slam_autograder.grading.entered_by_hand import Entered, Entries, Entry
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import visible

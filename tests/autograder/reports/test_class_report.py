@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.grading.results import ExerciseResult, Result, Words
-from robust_slam_autograder.grading.wording import NOT_WRITTEN
 from robust_slam_autograder.reports import class_pages, hints
 from robust_slam_autograder.reports.class_report import BROKEN, EASY, Report
 from robust_slam_autograder.reports.hints import Hint, Reader

@@ -1,5 +1,6 @@
 """A check in one process finds what a check in two finds, and leaves nothing behind."""
 
+import getpass
 import os
 import sys
 
@@ -35,6 +36,15 @@ def test_values_and_functions_cross_as_copies(wall):
         assert found["value"][:2] == (1, [2.5, "three"])
         with pytest.raises(TypeError, match="cannot cross"):
             found["f"](object())
+
+
+def test_nobody_is_asked_for_a_password(wall, monkeypatch):
+    """A lab's kernel puts a function of its own there, which waits for an answer."""
+    monkeypatch.setattr(getpass, "getpass", lambda *args, **options: "typed")
+    with sessions.started("import getpass\na = getpass.getpass('?')", wall=wall) as session:
+        (error,) = session.errors.values()
+        assert isinstance(error, EOFError)
+    assert getpass.getpass() == "typed"
 
 
 def test_errors_cross_with_their_class_and_line(wall):

@@ -68,6 +68,9 @@ _CAUSES = {
         "Solving and inverting take a square matrix: print its shape."
     ),
     r"must not contain infs or NaNs|did not converge": f"An array holds NaN or inf. {NAN}",
+    r"^IndentationError: (unexpected|.*after function)|^SyntaxError: '(return|yield)' outside": (
+        "A function must be whole in one cell: was a cell split inside of it? Merge its halves."
+    ),
     r"^ZeroDivisionError": "A number is divided by 0: which input makes it 0?",
     r"^RecursionError": "A function calls itself without end: which call should be the last?",
 }

@@ -23,6 +23,7 @@ MAX_EXPLAINED = 1_200
 UNEXPLAINED = "A check of this case did not pass."
 NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
 LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
+CALLS = "\n{} calls {}, which does not pass: begin there."
 STOPPED = "Not run: your code depends on {}, which ran longer than it may: begin there."
 NO_HINT = "A hidden check of this case did not pass."
 _NOT_RUN = "; the rest of this exercise was not run."
@@ -41,6 +42,7 @@ class Told:
     gist: str = ""
     raised: str = ""
     compared: Compared | None = None
+    returned: tuple[str, ...] | None = None
 
     def further(self, line: str, compared: Compared | None = None) -> Told:
         """Add a line that explains the message, which begins with its line break.
@@ -54,6 +56,14 @@ class Told:
         before = gist if self.words is Words.CHECK else self.message
         text = clip(before + line, MAX_EXPLAINED)
         return replace(self, message=text, gist=gist, compared=compared)
+
+    def beside(self, line: str = "") -> Told:
+        """Add a line that looks elsewhere, where the message is not the grader's own."""
+        if not line or self.words is Words.GRADER:
+            return self
+        return replace(
+            self, message=clip(self.message + line, MAX_EXPLAINED), gist=self.gist or self.message
+        )
 
 
 def label(case: Case) -> str:

@@ -1,4 +1,4 @@
-"""Digests of what functions return: equal where the values agree to about six digits.
+"""Digests of what functions returned: equal where the values agree to about six digits.
 
 All numbers that a test cell saw are added up with fixed weights, and the sums are rounded. A sum
 beside the edge of its cell has two digests, so values that differ by rounding alone have one
@@ -11,15 +11,15 @@ import functools
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-MAX_CALLS = 400
+from robust_slam_autograder.grading.explain import MAX_CALLS, Call
+
 MAX_NUMBERS = 200_000
-"""Of one test cell; what makes more calls or returns more numbers is not looked at."""
+"""Of one test cell; what returns more is not looked at."""
 MAX_PARTS = 2_000
 """Parts of nested values, alike."""
 MAX_DEPTH = 20
@@ -32,92 +32,46 @@ _SOFT = 100.0
 """Of what size numbers count by their logarithm: above one over this."""
 _NAN, _INF = 40.25, 60.5
 _SUMS = 2
+RAISED, WHOLE, REAL = "e", "w", "r"
+"""How a test cell ended."""
 
 Part = tuple[str, np.ndarray | None]
 """The kind of a part of a value, and its numbers where it has some."""
 
 
-class Unprintable(Exception):
+class _Unlike(Exception):
     """A value is too large, or nothing that can be compared."""
 
 
-@dataclass(frozen=True)
-class Called:
-    """A call of a student's function."""
+def digests(calls: Sequence[Call], *, raised: bool) -> tuple[str, ...]:
+    """Return the digest of what a test cell's calls returned, and then those of its neighbours.
 
-    name: str
-    parts: tuple[Part, ...]
-    """Of what it returned."""
-
-
-@dataclass
-class Trace:
-    """What functions returned in one test cell.
-
-    Attributes:
-        calls: in order.
-        numbers: how many numbers they returned.
-        broken: whether something came that cannot be compared.
-        raised: whether the last call raised, or returned nothing.
+    Each begins with how the cell ended: at an exception or nothing, at words or whole numbers, or
+    at numbers that are not whole, which are hardly alike by chance. There is none where something
+    cannot be compared.
     """
-
-    calls: list[Called] = field(default_factory=list)
-    numbers: int = 0
-    broken: bool = False
-    raised: bool = False
-
-    @property
-    def is_real(self) -> bool:
-        """Tell whether the last call returned a number that is not whole."""
-        last = self.calls[-1].parts if self.calls else ()
-        numbers = [one[np.isfinite(one)] for _, one in last if one is not None]
-        return any(bool(np.any(one != np.round(one))) for one in numbers)
-
-    def begin(self) -> None:
-        """Forget the calls of the cell before."""
-        self.calls, self.numbers, self.broken, self.raised = [], 0, False, False
-
-    def watched(self, names: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the same names, with functions whose values are noted here."""
-        return {
-            name: self._watch(name, value) if callable(value) else value
-            for name, value in names.items()
-        }
-
-    def _watch(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        def student_function(*args: object, **kwargs: object) -> Any:  # noqa: ANN401
-            try:
-                value = function(*args, **kwargs)
-            except Exception as error:
-                self.add(name, f"! {type(error).__name__}")
-                self.raised = True
-                raise
-            self.add(name, value)
-            return value
-
-        student_function.__name__ = student_function.__qualname__ = name
-        return student_function
-
-    def add(self, name: str, value: object) -> None:
-        """Note what a function returned; whatever it is, nothing is raised."""
-        self.raised = value is None
-        if self.broken:
-            return
-        try:
-            parts = tuple(itertools.islice(parts_of(value), MAX_PARTS + 1))
-            self.numbers += sum(0 if one is None else one.size for _, one in parts)
-            self.calls.append(Called(name, parts))
-            self.broken = (
-                len(parts) > MAX_PARTS or self.numbers > MAX_NUMBERS or len(self.calls) > MAX_CALLS
-            )
-        except Exception:  # a value is whatever a student's code returned
-            self.broken = True
-        if self.broken:
-            self.calls.clear()
+    parts: list[Part] = []
+    last: list[Part] = []
+    try:
+        for call in calls:
+            last = list(itertools.islice(_parts_of(call.value), MAX_PARTS + 1))
+            parts += [(call.name, None), *last]
+            numbers = sum(one.size for _, one in parts if one is not None)
+            if len(last) > MAX_PARTS or numbers > MAX_NUMBERS:
+                return ()
+    except Exception:  # a value is whatever a student's code returned
+        return ()
+    if len(calls) >= MAX_CALLS or not (calls or raised):
+        return ()
+    if raised or calls[-1].value is None:
+        return tuple(RAISED + one for one in _digests([*parts, ("raised", None)]))
+    ends = np.concatenate([[0.0], *(one.ravel() for _, one in last if one is not None)])
+    ends = ends[np.isfinite(ends)]
+    kind = REAL if np.any(ends != np.round(ends)) else WHOLE
+    return tuple(kind + one for one in _digests(parts))
 
 
-def digests(parts: Iterable[Part]) -> tuple[str, ...]:
-    """Return the digest of some parts, and then those of the neighbouring cells."""
+def _digests(parts: Sequence[Part]) -> tuple[str, ...]:
     head = hashlib.blake2b(digest_size=16)
     sums, place = np.zeros(_SUMS), 0
     for kind, numbers in parts:
@@ -162,25 +116,25 @@ def _weights(size: int) -> np.ndarray:
     return 0.5 + np.modf(place * roots)[0]
 
 
-def parts_of(value: object, depth: int = 0) -> Iterator[Part]:
+def _parts_of(value: object, depth: int = 0) -> Iterator[Part]:
     """Take a value apart into kinds, each with its numbers where it has some.
 
     Raises:
-        Unprintable: it is nested too deeply, or nothing that can be compared.
+        _Unlike: it is nested too deeply, or nothing that can be compared.
     """
     if depth > MAX_DEPTH:
-        raise Unprintable
+        raise _Unlike
     if isinstance(value, str):
         yield f"'{value[:MAX_TEXT]}'", None
     elif isinstance(value, dict):
         yield f"dict {len(value)}", None
         for key in sorted(value, key=repr):
             yield f"key {key!r}"[:MAX_TEXT], None
-            yield from parts_of(value[key], depth + 1)
+            yield from _parts_of(value[key], depth + 1)
     elif isinstance(value, list | tuple) and not _is_plain(value):
         yield f"row {len(value)}", None
         for item in value:
-            yield from parts_of(item, depth + 1)
+            yield from _parts_of(item, depth + 1)
     elif value is None or callable(value):
         yield "none" if value is None else "function", None
     else:
@@ -188,7 +142,7 @@ def parts_of(value: object, depth: int = 0) -> Iterator[Part]:
         if array.dtype.kind == "c":
             array = np.stack([array.real, array.imag])
         if array.dtype.kind not in "biuf" or array.size > MAX_NUMBERS:
-            raise Unprintable
+            raise _Unlike
         kind = "truth" if array.dtype.kind == "b" else "number"
         yield f"{kind} {array.shape}", array.astype(float)
 

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading.by_hand import Entered, Entry
+from robust_slam_autograder.grading.entered_by_hand import Entered, Entry
 from robust_slam_autograder.grading.results import tidy
 from robust_slam_autograder.markup import one_line
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.database import Location
-from robust_slam_autograder.reading import answers
+from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 
 MOST_WORDS = 2000
@@ -53,7 +53,7 @@ def read(location: Location, assignment: Assignment) -> Entered:
     """
     owners = _exercises(assignment)
     alone = {
-        cell.grade_id or "": cell.points for cell in assignment.marked if answers.by_hand(cell)
+        cell.grade_id or "": cell.points for cell in assignment.marked if submission.by_hand(cell)
     }
     points: dict[str, dict[str, float]] = defaultdict(lambda: defaultdict(float))
     marked = set()

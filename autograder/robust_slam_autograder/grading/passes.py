@@ -14,13 +14,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from robust_slam_autograder.executor import guarded, seeds
-from robust_slam_autograder.executor.budget import Deadline, Meter
+from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.guarded import Overrun
-from robust_slam_autograder.executor.session import Program, Session
-from robust_slam_autograder.grading import cases as passes
-from robust_slam_autograder.grading import explain, wording
-from robust_slam_autograder.grading.cases import Cases, Endings
-from robust_slam_autograder.grading.marked import Marked
+from robust_slam_autograder.executor.session import Session
+from robust_slam_autograder.grading import explain, messages
+from robust_slam_autograder.grading.cases import Cases, Endings, silence
+from robust_slam_autograder.grading.messages import FAULT_SENTENCES, NO_HINT, Told
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Ending,
@@ -29,77 +28,75 @@ from robust_slam_autograder.grading.results import (
     Result,
     tidy,
 )
-from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
-from robust_slam_autograder.misconceptions.shapes import Seen, Shape
+from robust_slam_autograder.grading.submissions import Outcome
 from robust_slam_autograder.reading.assignment import Assignment, Case
-from robust_slam_autograder.reading.submission import Submission
+from robust_slam_autograder.reading.submission import Code
 from robust_slam_autograder.sandbox import Sandbox
 
 Report = Callable[[ExerciseResult], None]
 """Called with each exercise as it ends."""
-Label = Callable[[str, Shape], str]
-"""Says what the failed cases of an exercise look like; empty where that is not known."""
 Shown = Mapping[str, CaseResult]
 """By grade id how a case went in the visible pass."""
 
 
-@dataclass(frozen=True)
-class Whose:
-    """A submission, and what it answers."""
-
-    student: str
-    assignment: Assignment
-    submission: Submission
-    town: int | None = seeds.SHARED_TOWN
-    """The number of the student's data; None where the notebook's own counts."""
+Ended = tuple[CaseResult, frozenset[int], float]
+"""How a case ended, which cells of the student's are left out by then, and the seconds used."""
+Run = guarded.Run[Ended]
+"""What runs the test cells."""
 
 
 def look(
-    whose: Whose,
+    student: str,
+    assignment: Assignment,
+    code: Code,
+    town: int | None = seeds.SHARED_TOWN,
     *,
     sandbox: Sandbox,
-    run: guarded.Run[Step] = guarded.plain,
+    run: Run = guarded.plain,
     report: Report | None = None,
-    label: Label | None = None,
-) -> Marked:
+) -> Outcome:
     """Run what students can see, and explain what fails.
 
     Args:
-        whose: the submission.
+        student: whose code it is.
+        assignment: what it answers.
+        code: what was written.
+        town: the number of the student's data; None where the notebook's own counts.
         sandbox: where student code runs.
         run: what runs the test cells.
         report: called with each exercise as it ends.
-        label: says what an exercise looks like that is reported.
 
     Raises:
         GraderFailure: the sandbox or the instructor's set-up cells do not work.
     """
-    one = _Pass(whose, sandbox, run, seeds.PUBLIC_SEED, is_visible=True)
-    last = {case.exercise: case.grade_id for case in whose.assignment.cases}
+    one = _Pass(student, assignment, code, town, sandbox, run, seeds.PUBLIC_SEED, is_visible=True)
+    last = {case.exercise: case.grade_id for case in assignment.cases}
     seen: dict[str, CaseResult] = {}
-    for case, step in one.steps():
-        seen[case.grade_id] = _case(case, step.ending, step.told)
+    for case, ended in one.cases():
+        seen[case.grade_id] = ended
         if report is not None and last[case.exercise] == case.grade_id:
-            ended = _exercise(case.exercise, whose, seen, {})
-            shape = one.shapes.get(case.exercise)
-            if label is not None and shape is not None:
-                ended = replace(ended, misconception=label(case.exercise, shape))
-            report(ended)
-    return one.marked(seen, {}, " ".join(whose.submission.notes), 0)
+            report(_exercise(case.exercise, assignment, code, seen, {}))
+    return one.outcome(seen, {}, " ".join(code.notes), 0)
 
 
 def finish(
-    whose: Whose,
-    before: Marked,
+    student: str,
+    assignment: Assignment,
+    code: Code,
+    town: int | None,
+    before: Outcome,
     *,
     seed: int,
     sandbox: Sandbox,
-    run: guarded.Run[Step] = guarded.plain,
-) -> Marked:
+    run: Run = guarded.plain,
+) -> Outcome:
     """Run all cases whole, but for those where student code hung or died already.
 
     Args:
-        whose: the submission.
+        student: as for ``look``, as are those that follow.
+        assignment: what it answers.
+        code: what was written.
+        town: the number of the student's data.
         before: from ``look``; a case that it does not have is judged by this pass alone.
         seed: of this submission, and secret; hidden inputs follow from it and the case's grade id.
         sandbox: where student code runs.
@@ -108,37 +105,12 @@ def finish(
     Raises:
         GraderFailure: as ``look``.
     """
-    one = _Pass(whose, sandbox, run, seed)
-    seen = _seen(whose.assignment, before.result)
+    one = _Pass(student, assignment, code, town, sandbox, run, seed)
+    seen = _seen(assignment, before.result)
     one.skip, one.seconds = frozenset(before.skip), before.seconds
     one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
-    endings = {case.grade_id: step.ending for case, step in one.steps()}
-    found = one.marked(seen, endings, before.result.reason, before.result.seconds)
-    result = replace(found.result, exercises=_as_named(found.result, before.result))
-    return replace(found, result=result)
-
-
-def _as_named(result: Result, before: Result) -> tuple[ExerciseResult, ...]:
-    """Return exercises with the labels that they have had before."""
-    labels = {one.name: (one.misconception, one.pattern) for one in before.exercises}
-    return tuple(
-        replace(one, misconception=said, pattern=pattern)
-        for one in result.exercises
-        for said, pattern in [labels.get(one.name, ("", ""))]
-    )
-
-
-@dataclass(frozen=True)
-class Step:
-    """How one case ended, and what the pass had come to by then."""
-
-    grade_id: str
-    ending: Ending
-    told: Told
-    skip: frozenset[int]
-    seconds: float
-    seen: Seen | None = None
-    """What a visible case saw, where it failed by that."""
+    endings = {case.grade_id: ended.ending for case, ended in one.cases()}
+    return one.outcome(seen, endings, before.result.reason, before.result.seconds)
 
 
 @dataclass
@@ -147,86 +119,77 @@ class _Pass:
 
     Attributes:
         faults: cases that are known to hang or die.
-        shapes: by exercise, what its failed visible cases saw.
         skip: cells of the student's that hung or died: they are left out.
         seconds: how much of the submission's limit is used up.
     """
 
-    whose: Whose
+    student: str
+    assignment: Assignment
+    code: Code
+    town: int | None
     sandbox: Sandbox
-    run: guarded.Run[Step]
+    run: Run
     seed: int
     is_visible: bool = False
     faults: Endings = field(default_factory=dict)
     skip: frozenset[int] = frozenset()
     seconds: float = 0.0
-    shapes: dict[str, Shape] = field(default_factory=dict)
     _doubtful: bool = False
     _overran: bool = False
     _start: float = field(default_factory=time.monotonic)
 
-    def steps(self) -> Iterator[tuple[Case, Step]]:
+    def cases(self) -> Iterator[tuple[Case, CaseResult]]:
         """Run the cases in order.
 
         What cannot be interrupted is ended by the kernel. Then the case at which that happened
         has timed out, and the pass begins again for those that follow.
         """
-        cases = {case.grade_id: case for case in self.whose.assignment.cases}
+        cases = self.assignment.cases
         known: dict[str, Ending] = {}
         while len(known) < len(cases):
             reached = 0
             faults = {**self.faults, **known}
             try:
-                for step in self.run(functools.partial(self._run_cases, faults)):
+                for ended, skip, seconds in self.run(functools.partial(self._run_cases, faults)):
+                    case = cases[reached]
                     reached += 1
-                    if step.grade_id not in known:
-                        known[step.grade_id] = step.ending
-                        self._note(cases[step.grade_id], step)
-                        yield cases[step.grade_id], step
+                    if case.grade_id not in known:
+                        known[case.grade_id] = ended.ending
+                        self._note(case, ended.ending, skip)
+                        self.skip, self.seconds = skip, seconds
+                        yield case, ended
             except Overrun:
-                for case in self._ended(list(cases.values())[reached], known):
+                told = replace(messages.own(FAULT_SENTENCES[Ending.TIMEOUT]), returned=())
+                for case in self._ended(cases[reached], known):
                     known[case.grade_id] = Ending.TIMEOUT
-                    told = wording.own(FAULT_SENTENCES[Ending.TIMEOUT])
-                    step = Step(case.grade_id, Ending.TIMEOUT, told, self.skip, self.seconds)
-                    self._fail(case, Seen())
-                    yield case, step
+                    yield case, _case(case, Ending.TIMEOUT, told)
 
-    def _run_cases(self, known: Endings) -> Iterator[Step]:
+    def _run_cases(self, known: Endings) -> Iterator[Ended]:
         faults = {key: ending for key, ending in known.items() if ending.is_fault}
-        used, limits = self.seconds, self.whose.assignment.config.limits
+        used, limits = self.seconds, self.assignment.config.limits
         total = Meter().start(limits.notebook_seconds - used)
         texts = {
             case.grade_id: case.visible if self.is_visible else case.full
-            for case in self.whose.assignment.cases
+            for case in self.assignment.cases
         }
         calls = explain.Calls() if self.is_visible else None
         lost: dict[str, Told] = {}
-        numbers = seeds.environment(self.seed, self.whose.town)
-        with self._session(total) as session, numbers, passes.silence():
-            python = self.whose.submission.python
-            cases = Cases(self.whose.assignment, session, texts, self.seed, calls, python)
+        numbers = seeds.environment(self.seed, self.town)
+        session = Session(self.sandbox, self.assignment, self.code.pieces, total, set(self.skip))
+        with contextlib.closing(session), numbers, silence():
+            cases = Cases(self.assignment, session, texts, self.seed, calls, self.code.python)
             for case, ending, error in cases.run(faults):
                 told = cases.explain(case, ending, error) if self.is_visible else Told()
                 if ending.is_fault:
                     told = lost.setdefault(case.exercise, told)
-                skip = frozenset(session.skip)
-                seen = cases.seen.get(case.grade_id)
-                yield Step(case.grade_id, ending, told, skip, used + total.used(), seen)
+                yield _case(case, ending, told), frozenset(session.skip), used + total.used()
 
-    def _note(self, case: Case, step: Step) -> None:
+    def _note(self, case: Case, ending: Ending, skip: frozenset[int]) -> None:
         """Note where a case ended by a limit that a busy machine may be to blame for."""
-        pieces, first = self.whose.submission.pieces, len(self.whose.assignment.setup)
-        own = any(pieces[number - first].own for number in step.skip - self.skip)
+        first = len(self.assignment.setup)
+        own = any(self.code.pieces[number - first].own for number in skip - self.skip)
         lost = {key.rpartition("-")[0] for key in self.faults}
-        self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
-        self.skip, self.seconds = step.skip, step.seconds
-        if step.ending is not Ending.PASSED:
-            self._fail(case, step.seen or Seen())
-
-    def _fail(self, case: Case, seen: Seen) -> None:
-        """Note what a case saw that failed; a student's own data tell nothing of others'."""
-        if self.is_visible and not case.has_town:
-            self.shapes.setdefault(case.exercise, Shape()).failed[case.grade_id] = seen
+        self._doubtful |= own or (ending.is_fault and case.exercise not in lost)
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.
@@ -235,48 +198,28 @@ class _Pass:
         interrupted, and no case after it can be reached.
         """
         self._overran = True
-        self.seconds += self.whose.assignment.config.limits.cell_seconds
+        self.seconds += self.assignment.config.limits.cell_seconds
         if case.grade_id not in known and case.grade_id not in self.faults:
             return [case]
-        return [one for one in self.whose.assignment.cases if one.grade_id not in known]
+        return [one for one in self.assignment.cases if one.grade_id not in known]
 
-    def marked(self, seen: Shown, hidden: Endings, reason: str, seconds: float) -> Marked:
+    def outcome(self, seen: Shown, hidden: Endings, reason: str, seconds: float) -> Outcome:
         """Put the result together; ``seconds`` are those of the passes before."""
-        whose = self.whose
-        names = whose.assignment.exercises
-        exercises = tuple(_exercise(name, whose, seen, hidden) for name in names)
+        names = self.assignment.exercises
+        exercises = [_exercise(one, self.assignment, self.code, seen, hidden) for one in names]
         result = Result(
-            student=whose.student,
-            assignment=whose.assignment.name,
+            student=self.student,
+            assignment=self.assignment.name,
             score=tidy(sum(exercise.score for exercise in exercises)),
-            max_score=tidy(whose.assignment.max_score),
+            max_score=tidy(self.assignment.max_score),
             status="graded",
             reason=reason,
             sandbox=self.sandbox.name,
             seconds=round(seconds + time.monotonic() - self._start, 3),
-            exercises=exercises,
+            exercises=tuple(exercises),
         )
         doubtful = self._doubtful and not self._overran
-        skip = tuple(sorted(self.skip))
-        return Marked(result, doubtful, round(self.seconds, 3), skip, self.shapes)
-
-    @contextlib.contextmanager
-    def _session(self, total: Deadline) -> Iterator[Session]:
-        assignment = self.whose.assignment
-        config = assignment.config
-        program = Program(
-            setup=assignment.setup,
-            pieces=self.whose.submission.pieces,
-            names=assignment.names,
-            withheld=config.withheld,
-            packages=config.packages,
-            libraries=assignment.libraries,
-        )
-        session = Session(self.sandbox, program, config.limits, total, set(self.skip))
-        try:
-            yield session
-        finally:
-            session.close()
+        return Outcome(result, doubtful, round(self.seconds, 3), tuple(sorted(self.skip)))
 
 
 def _seen(assignment: Assignment, result: Result) -> Shown:
@@ -286,15 +229,16 @@ def _seen(assignment: Assignment, result: Result) -> Shown:
     return {grade_id: found[key] for grade_id, key in keys.items() if key in found}
 
 
-def _exercise(name: str, whose: Whose, seen: Shown, hidden: Endings) -> ExerciseResult:
-    assignment = whose.assignment
+def _exercise(
+    name: str, assignment: Assignment, code: Code, seen: Shown, hidden: Endings
+) -> ExerciseResult:
     cases = [case for case in assignment.cases if case.exercise == name]
     results = tuple(_finished(case, seen.get(case.grade_id), hidden) for case in cases)
     score = sum(case.earned for case in results)
     owner = assignment.owner(name)
     fault, message = _fault(cases, seen, hidden)
     message = message or next((case.message for case in results if case.message), "")
-    missing = not score and owner in whose.submission.missing
+    missing = not score and owner in code.missing
     if missing:
         message = f"There is no cell {owner} in the notebook, and nothing defines its functions."
     return ExerciseResult(
@@ -332,7 +276,7 @@ def _finished(case: Case, shown: CaseResult | None, hidden: Endings) -> CaseResu
     if shown is not None and (not hidden or not shown.passed or not case.has_hidden):
         return shown
     # The instructor's sentence alone: a hidden check's own words may hold its inputs.
-    told = Told(case.hint) if case.hint else wording.own(NO_HINT)
+    told = Told(case.hint) if case.hint else messages.own(NO_HINT)
     return _case(case, hidden[case.grade_id], told)
 
 
