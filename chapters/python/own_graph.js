@@ -135,7 +135,7 @@ function read(from, { anyway = false, thorough = false } = {}) {
   });
 }
 
-function wrong({ problem, line, lines }) {
+function wrong({ problem, line, lines }, what = "The file cannot be read.") {
   show("wrong");
   say("problem").textContent = problem;
   say("lines").replaceChildren(...lines.map(([number, text]) => (
@@ -143,7 +143,7 @@ function wrong({ problem, line, lines }) {
   )));
   say("lines").parentElement.hidden = !lines.length;
   if (/Options|option /.test(problem)) part("options").open = true;
-  status.textContent = "The file cannot be read. What to write instead is below.";
+  status.textContent = `${what} What to write instead is below.`;
 }
 
 function whatWasRead({ name, rows, remarks, many, command }) {
@@ -156,7 +156,12 @@ function whatWasRead({ name, rows, remarks, many, command }) {
 }
 
 async function solve(thorough = false) {
-  solved = await ask("solve", { thorough });
+  const found = await ask("solve", { thorough });
+  if (found.problem) {
+    wrong(found, "The file has no map.");
+    return;
+  }
+  solved = found;
   showMaps();
   showAnswer();
   show("files");

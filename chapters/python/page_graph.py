@@ -20,11 +20,11 @@ import robust_slam as rs
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.descent import start
 from robust_slam.estimators import irls, kernels
-from robust_slam.graphs import PoseGraph, add_random_closures, g2o, manhattan, sphere
+from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, sphere
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import relative_poses, residual_norms, residuals_of
-from robust_slam.graphs.trajectories import write_tum
+from robust_slam.graphs.trajectories import other_orders
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Answer, Support
 from robust_slam.solver.noise import noise_words, rescaled
@@ -140,11 +140,17 @@ def rows_of(table: str, width: int) -> list[tuple[str, str]]:
 
 
 def solve(given: Given, tell: Tell) -> dict[str, Any]:
-    """Solve the case, and return all that the page shows of it; ``thorough`` takes longer."""
+    """Solve the case, and return all that the page shows of it, or a problem.
+
+    It takes longer if it is ``thorough``.
+    """
     case, thorough = CASES[0], bool(given.get("thorough"))
     graph, names = case.file.graph, case.file.names
     seconds = SECONDS * (10 if thorough else 1)
-    answer = rs.solve(graph, max_seconds=seconds, progress=tell)
+    try:
+        answer = rs.solve(graph, max_seconds=seconds, progress=tell)
+    except ValueError as error:
+        return problem(str(error))
     CASES[0] = case = replace(case, answer=answer)
     tell("the map of least squares is found")
     plain = least_squares(graph)
@@ -178,7 +184,9 @@ def reading(given: Given, tell: Tell) -> dict[str, Any]:
     """Ask whether the edges fit better when they are read in another way."""
     answer = CASES[0].answer
     assert answer is not None
-    better = better_reading(answer, progress=tell, max_seconds=SECONDS)
+    better = better_reading(
+        answer, others=other_orders(CASES[0].file), progress=tell, max_seconds=SECONDS
+    )
     other = (better.words, better.answer) if better else wider(answer, tell)
     if other is None:
         return {"found": False, "words": "No other reading rejects half as many closures."}
@@ -304,18 +312,15 @@ def swapped_told(case: Case) -> list[str]:
 
 def written(case: Case) -> dict[str, str]:
     """Return the files that can be downloaded, by what they are."""
-    answer, file, path = case.answer, case.file, Path("page-graph.tmp")
+    answer, file = case.answer, case.file
     assert answer is not None
     texts = {}
-    writers: dict[str, Callable[[], None]] = {
-        "clean.g2o": lambda: g2o.write(path, answer.clean, answer.poses, file.ids),
-        "poses.g2o": lambda: g2o.write(path, answer.graph, answer.poses, file.ids),
-        "poses.tum": lambda: write_tum(path, file.by_id(answer.poses), file.times),
-    }
-    for kind, write in writers.items():
-        write()
+    graphs = {"clean.g2o": answer.clean, "poses.g2o": answer.graph, "poses.tum": answer.graph}
+    for kind, graph in graphs.items():
+        path = Path(f"page-graph.{kind}")
+        rs.save(path, graph, answer.poses, names=file.ids, times=file.times)
         texts[kind] = path.read_text(encoding="utf-8")
-    path.unlink()
+        path.unlink()
     return texts
 
 
@@ -324,19 +329,18 @@ def python(case: Case) -> str:
     given = "".join(f", {name}={value!r}" for name, value in case.options.items())
     lines = [
         "import robust_slam as rs",
-        "from robust_slam.graphs import g2o",
         "",
         f"file = rs.read({str(case.path)!r}{given})",
         "answer = rs.solve(file.graph)",
         'print(file.summary(), answer.summary(file.names), sep="\\n\\n")',
-        f"g2o.write({case.path.stem + '-clean.g2o'!r}, answer.clean, answer.poses, file.ids)",
+        f"rs.save({case.path.stem + '-clean.g2o'!r}, answer.clean, answer.poses, names=file.ids)",
     ]
     if case.not_steps:
-        lines[4:5] = [
+        lines[3:4] = [
             "steps = file.graph.is_odometry.copy()",
             f"steps[{case.not_steps}] = False  # these are loop closures",
             "graph = dataclasses.replace(file.graph, is_odometry=steps)",
-            lines[4].replace("file.graph", "graph"),
+            lines[3].replace("file.graph", "graph"),
         ]
         lines[:0] = ["import dataclasses", ""]
     return "\n".join(lines)
@@ -386,7 +390,7 @@ def broken() -> str:
 
 def save(name: str, graph: PoseGraph) -> str:
     """Write a graph with the poses of its odometry, and return the name of the file."""
-    g2o.write(name, graph, dead_reckoning(graph))
+    rs.save(name, graph, dead_reckoning(graph))
     return name
 
 

@@ -29,25 +29,11 @@ Each folder offers its main functions under short names: ``rs.estimators.gnc`` o
 ``from robust_slam.estimators import gnc, irls``. A module loads when first used.
 """
 
-from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 
-import lazy_loader
+from robust_slam._names import attach
 
-_load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-_FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "factors", "fleet")
-
-
-def __getattr__(name: str) -> object:
-    try:
-        return _load(name)
-    except AttributeError:
-        for folder in (f"{__name__}.{folder}" for folder in _FOLDERS):
-            if name in import_module(folder).__all__:
-                raise AttributeError(
-                    f"{__name__} has no {name}; it is {folder}.{name}", name=name
-                ) from None
-        raise
+__getattr__, __dir__, __all__ = attach(__name__, __file__)
 
 
 try:

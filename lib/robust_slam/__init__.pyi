@@ -15,6 +15,7 @@ from . import solver as solver
 from .descent.marginals import covariance as covariance
 from .drawing import draw_map as draw_map
 from .graphs.files import load as load
+from .graphs.files import save as save
 from .graphs.pose_graph import PoseGraph as PoseGraph
 from .graphs.reading import read as read
 from .incremental.growing_map import GrowingMap as GrowingMap

@@ -77,10 +77,7 @@ class Attack:
     count: int
 
     def __post_init__(self) -> None:
-        for name, value, known in (
-            ("town", self.town, TOWNS),
-            ("solver", self.solver, SOLVERS),
-        ):
+        for name, value, known in (("town", self.town, TOWNS), ("solver", self.solver, SOLVERS)):
             if value not in known:
                 raise ValueError(f"{name} {value}: there is none; give {' or '.join(known)}")
         last = TOWNS[self.town][1] - self.count

@@ -7,32 +7,33 @@ import dataclasses
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 import robust_slam as rs
 from robust_slam import breaking
-from robust_slam._arrays import Indices
+from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._files import write_lines
 from robust_slam._words import counted
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
-from robust_slam.graphs import g2o
-from robust_slam.graphs.files import find
+from robust_slam.factors.equations import FactorEquations
+from robust_slam.factors.factor_graph import FRAME
+from robust_slam.factors.reading import has_factors, read_factors
+from robust_slam.factors.solve import solve_factors
+from robust_slam.graphs.files import SUFFIXES, find
 from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.lines import Unknown
+from robust_slam.graphs.matrices import Repair
 from robust_slam.graphs.reading import read
-from robust_slam.graphs.trajectories import write_kitti, write_tum
+from robust_slam.graphs.trajectories import other_orders
 from robust_slam.solver import Answer, Support, solve
 from robust_slam.solver.readings import better_reading, swapped_closures
 
-_WRITERS: dict[str, Callable[[Path, GraphFile, Answer], None]] = {
-    ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.ids),
-    ".tum": lambda path, file, answer: write_tum(path, file.by_id(answer.poses), file.times),
-    ".kitti": lambda path, file, answer: write_kitti(path, file.by_id(answer.poses)),
-}
 _CLOSED, _INTERRUPTED, _REFUSED, _DOUBTFUL = 141, 130, 2, 1
 _HERE = {
     'unknown="skip"': "--unknown skip",
@@ -40,6 +41,15 @@ _HERE = {
     "odometry=(0.05, 0.01) in m and rad": "--odometry 0.05 0.01 in m and rad",
 }
 """Remedies of the library in the syntax of the command."""
+_FILES = {
+    "closures": "loop closures of a trajectory, lines of g2o",
+    "plot": "draw the map: .svg, .png or .pdf",
+    "rejected": "write the ids and the whitened residual of each rejected edge",
+}
+_CHOICES = {
+    "indefinite": (["raise", *get_args(Repair)], "information that is not positive definite"),
+    "unknown": (get_args(Unknown), "lines with unknown tags, such as ranges"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -81,16 +91,14 @@ def _parser() -> argparse.ArgumentParser:
         help="find the map of a pose graph, its outliers and its certificate",
         description="Find the map of a pose graph, its outliers and its certificate. The exit "
         "code is 0 if the map is optimal for the kept closures, these have unique support, and "
-        "nothing in the file looks wrong; 1 if not, 2 if the file cannot be read.",
+        "nothing in the file looks wrong; 1 if not, as for each file with landmarks, priors or "
+        "GPS, for whose map there is no proof; 2 if the file cannot be read.",
     )
     command.add_argument(
         "file",
         metavar="FILE",
         help="a graph of g2o, TORO or PyFactorGraph, a trajectory of TUM, KITTI or EuRoC, or the "
         "name of a public graph",
-    )
-    command.add_argument(
-        "--closures", type=Path, metavar="FILE", help="loop closures of a trajectory, lines of g2o"
     )
     command.add_argument(
         "--odometry",
@@ -107,19 +115,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     command.add_argument(
         "--clean",
-        type=Path,
+        type=partial(_output, suffixes=[".g2o"]),
         metavar="FILE.g2o",
         help="write the kept edges alone, with the noise that was found, and the poses",
     )
-    command.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the map: .svg, .png or .pdf"
-    )
-    command.add_argument(
-        "--rejected",
-        type=Path,
-        metavar="FILE",
-        help="write the rejected edges, in a line the two ids and the whitened residual of each",
-    )
+    for name, words in _FILES.items():
+        command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
     command.add_argument(
         "--closure",
         type=_edge,
@@ -131,18 +132,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--probability", type=float, default=0.99, help="an inlier passes each test with it (0.99)"
     )
-    command.add_argument(
-        "--indefinite",
-        choices=["raise", "nearest", "isotropic"],
-        default="raise",
-        help="what becomes of information matrices that are not positive definite (raise)",
-    )
-    command.add_argument(
-        "--unknown",
-        choices=["raise", "skip"],
-        default="raise",
-        help="what becomes of lines with unknown tags, such as landmarks (raise)",
-    )
+    for name, (choices, what) in _CHOICES.items():
+        words = f"what becomes of {what} (raise)"
+        command.add_argument(f"--{name}", choices=choices, default="raise", help=words)
     command.add_argument(
         "--max-seconds",
         type=float,
@@ -182,10 +174,10 @@ def _replay(options: argparse.Namespace) -> int:
     return 0 if fooled else _DOUBTFUL
 
 
-def _output(text: str) -> Path:
+def _output(text: str, suffixes: Sequence[str] = SUFFIXES) -> Path:
     path = Path(text)
-    if path.suffix not in _WRITERS:
-        raise argparse.ArgumentTypeError(f"{text}: end it with {', '.join(_WRITERS)}")
+    if path.suffix not in suffixes:
+        raise argparse.ArgumentTypeError(f"{text}: end it with {', '.join(suffixes)}")
     return path
 
 
@@ -202,6 +194,8 @@ def _solve(options: argparse.Namespace) -> int:
     path = find(options.file)
     for name in ("out", "clean", "plot", "rejected"):
         _check_target(f"--{name}", getattr(options, name), path)
+    if options.unknown == "raise" and has_factors(path):
+        return _solve_factors(path, options)
     file = _read(path, options)
     print(file.summary())
     answer = solve(
@@ -215,7 +209,7 @@ def _solve(options: argparse.Namespace) -> int:
     _print_edges("rejected", answer.rejected, file)
     _print_edges("swapped", swapped_closures(answer), file, " with i and j swapped they fit")
     if options.readings:
-        _print_reading(answer, options)
+        _print_reading(file, answer, options)
     _write(options, file, answer)
     optimal = answer.certificate.verdict is Verdict.CERTIFIED
     trusted = optimal and answer.support is Support.UNIQUE and not file.doubts
@@ -250,8 +244,46 @@ def _read(path: Path, options: argparse.Namespace) -> GraphFile:
     return dataclasses.replace(file, graph=dataclasses.replace(file.graph, is_odometry=odometry))
 
 
-def _print_reading(answer: Answer, options: argparse.Namespace) -> None:
-    better = better_reading(answer, progress=not options.quiet, max_seconds=options.max_seconds)
+def _solve_factors(path: Path, options: argparse.Namespace) -> int:
+    """Print and write the map of a file with landmarks, priors or GPS, which has no proof."""
+    for name in ("closures", "odometry", "closure", "clean", "readings"):
+        if getattr(options, name):
+            raise ValueError(
+                f"--{name}: it is for relative poses alone, and {path} has landmarks, priors or "
+                "GPS; drop it, or leave their lines out with --unknown skip"
+            )
+    file = read_factors(path)
+    print(file.summary())
+    answer = solve_factors(
+        file.graph,
+        options.probability,
+        progress=not options.quiet,
+        max_seconds=options.max_seconds,
+    )
+    print(f"\n{answer.summary()}")
+    relative, ids = file.graph.relative, file.ids
+    if options.out is not None:
+        rs.save(options.out, relative, answer.poses, names=ids[: relative.n])
+        print(f"{'poses':<10} {options.out}, without landmarks, priors and GPS")
+    if options.plot is not None:
+        _plot(options.plot, relative, answer.poses, answer.kept[: len(relative.edges)])
+        print(f"{'plot':<10} {options.plot}")
+    if options.rejected is not None:
+        norms, ends = FactorEquations(file.graph).norms(answer.x), file.graph.ends
+        named = [[str(ids[node]) for node in each if node != FRAME] for each in ends]
+        lines = (f"{' '.join(named[k])} {norms[k]:.4g}\n" for k in answer.rejected)
+        write_lines(options.rejected, lines)
+        print(f"{'rejected':<10} {options.rejected}")
+    return _DOUBTFUL
+
+
+def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace) -> None:
+    better = better_reading(
+        answer,
+        others=other_orders(file),
+        progress=not options.quiet,
+        max_seconds=options.max_seconds,
+    )
     if better is None:
         print(f"{'reading':<8} no other one rejects half as many closures")
         return
@@ -273,13 +305,13 @@ def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -
 
 def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:
     if options.out is not None:
-        _WRITERS[options.out.suffix](options.out, file, answer)
+        rs.save(options.out, answer.graph, answer.poses, names=file.ids, times=file.times)
         print(f"{'poses':<8} {options.out}")
     if options.clean is not None:
-        g2o.write(options.clean, answer.clean, answer.poses, file.ids)
+        rs.save(options.clean, answer.clean, answer.poses, names=file.ids)
         print(f"{'clean':<8} {options.clean}")
     if options.plot is not None:
-        _plot(options.plot, answer)
+        _plot(options.plot, answer.graph, answer.poses, answer.kept)
         print(f"{'plot':<8} {options.plot}")
     if options.rejected is not None:
         ids, sizes = file.names[file.graph.edges], answer.residuals
@@ -288,7 +320,7 @@ def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None
         print(f"{'edges':<8} {options.rejected}")
 
 
-def _plot(path: Path, answer: Answer) -> None:
+def _plot(path: Path, graph: rs.PoseGraph, poses: Array, kept: Mask) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
@@ -297,7 +329,7 @@ def _plot(path: Path, answer: Answer) -> None:
     from robust_slam.drawing import draw_map
 
     figure, axes = plt.subplots(figsize=(7.0, 7.0))
-    draw_map(answer.graph, answer.poses, axes, kept=answer.kept)
+    draw_map(graph, poses, axes, kept=kept)
     figure.savefig(path, bbox_inches="tight")
 
 

@@ -168,12 +168,7 @@ def edge_looks(
 
 
 def _draw_edges(
-    ax: Axes,
-    xy: Array,
-    edges: Indices,
-    look: Look,
-    opacity: Array,
-    label: str | None,
+    ax: Axes, xy: Array, edges: Indices, look: Look, opacity: Array, label: str | None
 ) -> None:
     """Draw edges of one kind, those of one shade as a single line with gaps."""
     shade = np.round(opacity * _SHADES) / _SHADES

@@ -190,11 +190,7 @@ class RotationProblem:
     """The dimension of a residual, for the default threshold."""
 
     def __init__(
-        self,
-        a: ArrayLike,
-        b: ArrayLike,
-        sigma: ArrayLike = 1.0,
-        trusted: ArrayLike | None = None,
+        self, a: ArrayLike, b: ArrayLike, sigma: ArrayLike = 1.0, trusted: ArrayLike | None = None
     ) -> None:
         self.a = finite("a", a, (-1, 3))
         self.b = finite("b", b, self.a.shape)

@@ -126,6 +126,13 @@ class TestTheDoctor:
         (tmp_path / "graph.g2o").write_text("\n".join(edit(lines)))
         assert re.search(words, diagnosis(ask))
 
+    def test_what_no_map_holds_is_said_in_its_place(self, town, ask):
+        z = town.measurement.copy()
+        z[7] = [1e9, 0.0, 0.0]
+        g2o.write("graph.g2o", replace(town, measurement=z))
+        assert "problem" not in ask("read", name="graph.g2o")
+        assert ask("solve")["problem"].startswith("edge 7, which joins poses 7 and 8, measures 1e")
+
     def test_noise_is_named_where_too_few_closures_are_kept_to_tell(self, ask):
         rng = np.random.default_rng(2)
         graph, _ = manhattan(200, rng, closures=100)

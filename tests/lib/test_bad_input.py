@@ -58,13 +58,26 @@ REFUSED = {
     ),
     "similarities": ("EDGE_SIM3:QUAT 0 1 1 0 0\n", ":1: .*a similarity, .*export EDGE_SE3:QUAT$"),
     "the tutorial of g2o": ("TUTORIAL_EDGE_SE2 0 1 1\n", ":1: .*; take TUTORIAL_ out of them$"),
+    "a tag with spaces": ("EDGE_SE3 : QUAT 0 1\n", ":1: .*; write VERTEX_SE3:QUAT and EDGE_SE3:Q"),
+    "a prior of another name": (
+        WALK + "EDGE_SE3_PRIOR:QUAT 1\n",
+        ":7: .*; g2o writes EDGE_SE3_PR",
+    ),
+    "YAML": (
+        "nodes:\n- id: 0\n",
+        ":1: the tag 'nodes:' is unknown; this may be YAML, and a graph",
+    ),
+    "a date": (
+        "2021-10-26 1 2 3\n",
+        ":1: the tag '2021-10-26' is unknown; if it is a time, write",
+    ),
     "no line that is known": (
         "HELLO\n",
-        ":1: the tag 'HELLO' is unknown; use [^;]*, FIX; rs.factors",
+        ":1: the tag 'HELLO' is unknown; use [^;]*, FIX; the command",
     ),
-    "landmarks": (
-        WALK + "EDGE_SE2_XY 0 9 1 1 1 0 1\n",
-        ":7: the tag 'EDGE_SE2_XY' is unknown; .*; rs.factors.read_factors reads landmarks",
+    "ranges": (
+        WALK + "EDGE_RANGE 0 9 1 1\n",
+        ":7: the tag 'EDGE_RANGE' is unknown; .*; the command and rs.factors.read_factors use",
     ),
 }
 """What is refused: the text of a file, and what stands behind the file's name.

@@ -12,7 +12,7 @@ import robust_slam as rs
 from robust_slam import cli
 from robust_slam.graphs import datasets
 from robust_slam.graphs.g2o import write
-from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import select
 from robust_slam.graphs.reading import read
@@ -139,6 +139,39 @@ def test_the_map_of_a_drive_has_its_times(tmp_path):
     arguments = ["--quiet", "--odometry", "0.1", "0.1", "--out", str(out)]
     assert cli.main(["solve", str(drive), *arguments]) == 1  # without closures nothing tests it
     np.testing.assert_array_equal(np.loadtxt(out)[:, 0], times)
+
+
+def test_a_drive_whose_quaternions_begin_with_w_is_read_again(tmp_path, capsys):
+    drive, closures = tmp_path / "drive.tum", tmp_path / "loops.g2o"
+    graph, truth = sphere(40, 0)
+    rs.save(drive, graph, truth)
+    rows = np.loadtxt(drive)
+    np.savetxt(drive, rows[:, [0, 1, 2, 3, 7, 4, 5, 6]])
+    rs.save(closures, graph)
+    closures.write_text("".join(closures.read_text().splitlines(keepends=True)[39:]))
+    given = ["--closures", str(closures), "--odometry", "0.05", "0.02", "--quiet", "--readings"]
+    assert cli.main(["solve", str(drive), *given]) == 1
+    said = capsys.readouterr().out
+    assert "reading  with quaternions of the trajectory that begin with w" in said
+
+
+def test_landmarks_and_gps_are_used_or_left_out(file, tmp_path, capsys):
+    names = {"--plot": "map.svg", "--rejected": "rejected", "--out": "map.tum"}
+    where = {option: tmp_path / name for option, name in names.items()}
+    truth = read(file).poses
+    fixes = np.column_stack([np.arange(0, 60, 10), truth[::10, :2]])
+    fixes[1, 1] += 50.0
+    gps = [f"EDGE_PRIOR_SE2_XY {k:.0f} {x} {y} 4 0 4\n" for k, x, y in fixes]
+    file.write_text(file.read_text() + "".join(gps))
+    asked = [str(word) for pair in where.items() for word in pair]
+    assert cli.main(["solve", str(file), "--quiet", *asked]) == 1
+    said = capsys.readouterr().out
+    assert "positions  5 of 6 kept" in said and "not certified" in said
+    assert "10 " in where["--rejected"].read_text()
+    np.testing.assert_allclose(np.loadtxt(where["--out"])[:, 1:3], truth[:, :2], atol=0.5)
+    assert cli.main(["solve", str(file), "--quiet", "--unknown", "skip"]) == 0
+    assert cli.main(["solve", str(file), "--quiet", "--clean", "clean.g2o"]) == 2
+    assert "--clean: it is for relative poses alone" in capsys.readouterr().err
 
 
 def test_a_public_graph_is_found_by_its_name(file, capsys, monkeypatch):

@@ -1,5 +1,8 @@
 """A growing map withdraws and takes back closures, and ends where the batch ends."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from robust_slam import GrowingMap, solve
@@ -36,6 +39,37 @@ def replayed(graph, watch=lambda growing, pose: None):
     return growing
 
 
+def test_a_descent_that_is_under_way_is_done_before_a_map_is_kept(monkeypatch):
+    for name in ("_AT_ONCE", "_PIECE"):
+        monkeypatch.setattr(f"robust_slam.incremental.growing_map.{name}", 0)
+    made = []
+
+    def watch(growing, pose):
+        if growing._work is not None and not made:
+            made.extend([pickle.loads(pickle.dumps(growing)), growing])
+            np.testing.assert_array_equal(made[0].kept, made[1].kept)
+
+    replayed(with_outliers(manhattan, 60, 0, 8, closures=30)[0], watch)
+    assert len(made) == 2 and made[0]._work is None
+
+
+@pytest.mark.parametrize("again", [copy.copy, lambda grown: pickle.loads(pickle.dumps(grown))])
+def test_a_robot_that_stops_goes_on_where_it_was(again):
+    graph, *_ = with_outliers(manhattan, 60, 0, 8, closures=30)
+    last = graph.edges.max(axis=1)
+    growing = replayed(PoseGraph(40, **rows(graph, last < 40)))
+    before, other = growing.kept.copy(), again(growing)
+    for pose in range(40, graph.n):
+        other.add(**rows(graph, last == pose))
+    np.testing.assert_array_equal(growing.kept, before)
+    whole = replayed(graph)
+    np.testing.assert_array_equal(other.kept, whole.kept)
+    assert_same_poses(graph.group, other.poses, whole.poses, atol=0.02)
+    older = growing.__getstate__() | {"version": 0}
+    with pytest.raises(ValueError, match=r"version 0 of its file, .* reads 1; add its edges to"):
+        GrowingMap.__new__(GrowingMap).__setstate__(older)
+
+
 @pytest.mark.parametrize(
     ("make", "n", "options", "count"),
     [(manhattan, 150, {"closures": 60}, 20), (sphere, 80, {}, 20)],
@@ -46,8 +80,7 @@ def test_after_the_last_edge_the_answer_is_that_of_the_batch(make, n, options, c
     graph, is_outlier, *_ = with_outliers(make, n, seed, count, **options)
     order, wrong = in_order(graph), []
     growing = replayed(
-        graph,
-        lambda grown, pose: wrong.append(grown.kept & is_outlier[order][: grown.kept.size]),
+        graph, lambda grown, pose: wrong.append(grown.kept & is_outlier[order][: grown.kept.size])
     )
     # The noise is found with random signs, one for each edge in its place.
     batch, answer = solve(PoseGraph(n, **rows(graph, order))), growing.answer()

@@ -111,6 +111,19 @@ def test_slips_are_found_and_the_map_is_right_without_them(make, seed):
     assert "slipped at 2 steps: 30-31, 75-76" in answer.summary()
 
 
+@pytest.mark.parametrize("origin", [[0.0, 0.0, 0.0], [8.0, 8.0, 1.0]])
+def test_a_tracker_that_reports_one_pose_again_and_again_is_named(origin):
+    """It may be near the drive, so that the way there and back is no detour."""
+    graph, truth = manhattan(100, 0, closures=45)
+    told = truth.copy()
+    told[60:63] = origin
+    measurement = graph.measurement.copy()
+    measurement[58:63] = graph.group.between(told[58:63], told[59:64])
+    answer = solve(replace(graph, measurement=measurement))
+    assert answer.support is Support.WEAK
+    assert answer.slips.size or answer.misfit.step in (59, 62)
+
+
 def test_an_odometry_that_did_not_slip_is_trusted(seed):
     rng = np.random.default_rng(seed)
     graph, _ = add_random_closures(manhattan(100, rng, closures=45)[0], 60, rng)

@@ -27,7 +27,7 @@ from robust_slam.solver import Support, solve
 from robust_slam.solver.evidence import evidence, gains, outlier_entropy
 from robust_slam.solver.noise import Found, find_noise, rescaled
 
-from tests.lib.worlds import dense_jacobian, turned, with_outliers
+from tests.lib.worlds import assert_same_poses, dense_jacobian, refused, turned, with_outliers
 
 
 @pytest.mark.parametrize(
@@ -284,3 +284,38 @@ def test_exact_measurements_leave_the_noise_within_what_arrays_hold() -> None:
     answer = solve(graph)
     assert np.all(answer.kept)
     assert np.all(answer.noise >= 1e-3)
+
+
+def test_what_is_known_besides_is_used():
+    graph, is_outlier, truth, _ = with_outliers(manhattan, 60, 0, 8, closures=20)
+    usual = solve(graph)
+    away = graph.group.compose([50.0, 9.0, 1.0], truth)
+    assert_same_poses(graph.group, solve(graph, start=away).poses, usual.poses, atol=1e-6)
+    assert solve(graph, threshold=2.0).threshold == 2.0
+    right = int(np.flatnonzero(~graph.is_odometry & ~is_outlier)[0])
+    wrong = int(np.flatnonzero(is_outlier)[0])
+    prior = np.full(len(graph.edges), 0.5)
+    prior[[right, wrong]] = 0.0, 1.0
+    told = solve(graph, prior=prior)
+    assert usual.kept[[right, wrong]].tolist() == [True, False]
+    assert told.kept[[right, wrong]].tolist() == [False, True]
+    assert told.kept.size == len(graph.edges)
+
+
+@refused(
+    ({"start": np.zeros((3, 3))}, "start: the shape"),
+    ({"threshold": 0.0}, "threshold is 0.0; give a finite number above 0"),
+    ({"prior": [0.5]}, "prior: the shape"),
+    ({"prior": np.where(np.arange(37) == 30, 0.7, 0.5)}, "prior: edge 30 has 0.7; give 0, 0.5 or"),
+    ({"prior": np.zeros(37)}, "edges: pose 1 is not joined"),
+)
+def test_what_cannot_be_known_is_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        solve(manhattan(30, 0, closures=8)[0], **wrong)
+
+
+def test_the_answer_tells_how_certain_a_pose_is():
+    graph, _, _, _ = with_outliers(manhattan, 60, 0, 8, closures=20)
+    answer = solve(graph)
+    given = covariance(answer.precise, answer.poses, [20, 40], answer.weights)
+    np.testing.assert_array_equal(answer.covariance([20, 40]), given)

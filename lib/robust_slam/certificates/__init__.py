@@ -1,5 +1,5 @@
 """Global optimality: the chordal problem, its certificate and the Riemannian staircase."""
 
-import lazy_loader
+from robust_slam._names import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

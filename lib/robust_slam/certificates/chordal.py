@@ -23,8 +23,7 @@ from scipy.sparse import coo_array, csc_array
 from robust_slam._arrays import Array, Indices
 from robust_slam.graphs import se2, se3
 from robust_slam.graphs.group import Group, group_of
-from robust_slam.graphs.isotropic import precisions
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights, precisions
 from robust_slam.graphs.rotations import nearest_rotations
 
 

@@ -19,20 +19,9 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
 from robust_slam._deadline import Deadline
-from robust_slam.certificates.chordal import (
-    ChordalProblem,
-    lifted_cost,
-    pose_blocks,
-    project,
-)
+from robust_slam.certificates.chordal import ChordalProblem, lifted_cost, pose_blocks, project
 from robust_slam.certificates.newton import Stop, descend
-from robust_slam.certificates.optimality import (
-    MAX_SECONDS,
-    Certificate,
-    Verdict,
-    certify,
-    judge,
-)
+from robust_slam.certificates.optimality import MAX_SECONDS, Certificate, Verdict, certify, judge
 from robust_slam.descent.step import ROUNDING
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.graphs.rotations import nearest_stiefel
@@ -90,11 +79,7 @@ def solve_certified(
         if higher is None:
             return _stopped(found, Stop.LOOSE)
         descent = descend(
-            problem,
-            higher,
-            _NEAR,
-            least_decrease=_LEAST_DECREASE,
-            max_seconds=deadline.left,
+            problem, higher, _NEAR, least_decrease=_LEAST_DECREASE, max_seconds=deadline.left
         )
         blocks = descent.last.blocks
         relaxed = judge(problem, blocks)

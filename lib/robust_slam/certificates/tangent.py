@@ -17,11 +17,7 @@ from itertools import combinations, product
 import numpy as np
 
 from robust_slam._arrays import Array
-from robust_slam.certificates.chordal import (
-    ChordalProblem,
-    edge_gradients,
-    lifted_cost,
-)
+from robust_slam.certificates.chordal import ChordalProblem, edge_gradients, lifted_cost
 from robust_slam.descent.sparse.pattern import BlockPattern, sum_by_pose
 from robust_slam.graphs.rotations import nearest_stiefel
 

@@ -75,12 +75,7 @@ class _Node:
         return self.chosen | 1 << v, self.candidates & near[v]
 
 
-def max_clique(
-    adjacency: ArrayLike,
-    *,
-    budget: int = BUDGET,
-    max_seconds: float = inf,
-) -> Clique:
+def max_clique(adjacency: ArrayLike, *, budget: int = BUDGET, max_seconds: float = inf) -> Clique:
     """Return a largest clique of ``adjacency`` ``(m, m)``, or the best within ``budget``.
 
     ``adjacency`` is boolean and symmetric; its diagonal does not matter. ``budget`` counts the

@@ -14,8 +14,7 @@ from robust_slam._arrays import Array, Indices, times
 from robust_slam.descent.sparse.elimination import Elimination
 from robust_slam.descent.sparse.pattern import find_pattern, free_elimination, sum_by_pose
 from robust_slam.errors import singular
-from robust_slam.graphs.isotropic import precisions
-from robust_slam.graphs.pose_graph import PoseGraph, check_weights
+from robust_slam.graphs.pose_graph import PoseGraph, check_weights, precisions
 from robust_slam.graphs.rotations import nearest_rotations
 
 _SINGULAR = 1e-13

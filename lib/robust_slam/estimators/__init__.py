@@ -1,5 +1,5 @@
 """Robust estimators: kernels, and the loop that reweights, graduates and switches."""
 
-import lazy_loader
+from robust_slam._names import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -1,3 +1,4 @@
+from . import kernels as kernels
 from .graduation import gnc as gnc
 from .kernels import KERNELS as KERNELS
 from .kernels import Kernel as Kernel

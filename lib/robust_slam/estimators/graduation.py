@@ -301,6 +301,7 @@ def gnc(
     kind: Kind = "tls",
     x0: X | None = None,
     *,
+    trusted: ArrayLike | None = None,
     probability: float = 0.99,
     factor: float = 1.4,
     mu0: float | None = None,
@@ -320,7 +321,8 @@ def gnc(
     steps after the first one.
 
     ``problem`` may be a pose graph. It is then solved with one step for each μ, starts at
-    dead reckoning, and ``tol`` is 1e-6 by default: see ``loop.prepare``.
+    dead reckoning, and ``tol`` is 1e-6 by default: see ``loop.prepare``. The ``trusted`` edges
+    ``(m,)``, by default the odometry, are never rejected.
 
     Without ``x0`` a problem starts from the unweighted solution, as in the paper. Consistent
     outliers distort that solution and have small residuals there, so on a pose graph with
@@ -353,7 +355,7 @@ def gnc(
     check_kind(kind)
     c = threshold_of(problem, probability) if c is None else c
     rule = RULES[kind](c, factor, mu0, adaptive)
-    problem, x0, tol = prepare(problem, x0, tol, 1e-9)
+    problem, x0, tol = prepare(problem, x0, tol, 1e-9, trusted)
     deadline = Deadline.after(max_seconds)
     result = reweight(
         problem,

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, positive
 
-Influence: TypeAlias = Literal["unbounded", "bounded", "redescending"]
+Influence: TypeAlias = Literal["unbounded", "bounded", "redescending", "unknown"]
 Function: TypeAlias = Callable[[ArrayLike], Array]
 
 _LARGE = 1e100
@@ -36,7 +36,8 @@ class Kernel:
     ``rho``, ``psi`` and ``weight`` take whitened residuals of any shape and return an
     array of that shape. ``convex_until`` is the largest |u| up to which ρ is convex.
     ``influence`` describes ψ for large u: "unbounded" grows without limit, "bounded"
-    tends to a constant above 0, "redescending" tends to 0.
+    tends to a constant above 0, "redescending" tends to 0. Of a loss that a user wrote neither is
+    known.
 
     Kernels are values: two of the same name and scale are equal and have the same hash, and
     those of ``KERNELS`` can be pickled.
@@ -58,18 +59,70 @@ class Kernel:
         return super().__reduce__()  # type: ignore[return-value]
 
 
-def check_kernel(kernel: Kernel) -> Kernel:
-    """Return ``kernel``.
+Loss: TypeAlias = Callable[[Array], ArrayLike]
+"""A loss as ``scipy.optimize.least_squares`` takes it: of z = (u/scale)², the rows ρ, ρ', ρ''."""
+
+
+def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kernel:
+    """Return a kernel from one, from its name or constructor, or from a loss of SciPy.
+
+    ``scale`` is for those that do not have one yet. A name is one of ``KERNELS`` or of SciPy. With
+    a ``Loss`` of z ``(m,)`` the kernel is ρ(u) = ½ scale² ρ(z), and its weight ρ'(z).
 
     Raises:
-        TypeError: it is not a kernel, for instance the name or the constructor of one.
+        TypeError: it is something else.
+        ValueError: there is no kernel of that name, or ``scale`` is not above 0.
+
+    Source: the documentation of ``scipy.optimize.least_squares`` for the loss.
+
+    >>> as_kernel(lambda z: [np.arctan(z), 1 / (1 + z**2)], 1.0).weight([0.0, 2.0]).round(3)
+    array([1.   , 0.059])
     """
-    if hasattr(kernel, "rho") and hasattr(kernel, "weight"):
-        return kernel
-    given = getattr(kernel, "__name__", None) if callable(kernel) else repr(kernel)
-    raise TypeError(
-        f"kernel is {given or type(kernel).__name__}; give a kernel with its scale, such as "
-        "kernels.cauchy(1.0)"
+    if hasattr(given, "rho") and hasattr(given, "weight"):
+        return given  # type: ignore[return-value]
+    if isinstance(given, str):
+        if given in _OF_SCIPY:
+            return _of_loss(_OF_SCIPY[given], positive("scale", scale))
+        if given not in KERNELS:
+            known = ", ".join([*KERNELS, *_OF_SCIPY])
+            raise ValueError(f"kernel is {given!r}; give one of {known}")
+        return KERNELS[given](scale)
+    if given in KERNELS.values():
+        return given(scale)  # type: ignore[return-value]
+    try:
+        return _of_loss(given, positive("scale", scale))  # type: ignore[arg-type]
+    except (TypeError, ValueError, IndexError):
+        raise TypeError(
+            f"kernel is {getattr(given, '__name__', repr(given))}; give a kernel such as "
+            "kernels.cauchy(1.0), a name such as 'cauchy', or a loss as SciPy takes it, of "
+            "z = (u/scale)², which returns the rows ρ and ρ'"
+        ) from None
+
+
+_OF_SCIPY: dict[str, Loss] = {
+    "linear": lambda z: np.stack([z, np.ones_like(z)]),
+    "soft_l1": lambda z: np.stack([2.0 * (np.sqrt(1.0 + z) - 1.0), 1.0 / np.sqrt(1.0 + z)]),
+    "arctan": lambda z: np.stack([np.arctan(z), 1.0 / (1.0 + z**2)]),
+}
+"""Losses of SciPy that are not among ``KERNELS``."""
+
+
+def _of_loss(loss: Loss, c: float) -> Kernel:
+    def row(k: int, u: ArrayLike) -> Array:
+        z = (_real(u) / c) ** 2
+        return np.asarray(np.asarray(loss(z.ravel()))[k], dtype=np.float64).reshape(z.shape)
+
+    if row(1, np.zeros(2))[0] != 1.0:
+        raise ValueError("a loss is z near 0")
+    return Kernel(
+        name=getattr(loss, "__name__", "loss"),
+        label="loss",
+        scale=c,
+        rho=lambda u: 0.5 * c**2 * row(0, u),
+        psi=lambda u: row(1, u) * _real(u),
+        weight=lambda u: row(1, u),
+        convex_until=float("nan"),  # another one each time, so that no two are equal
+        influence="unknown",
     )
 
 

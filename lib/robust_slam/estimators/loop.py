@@ -14,6 +14,7 @@ from math import inf
 from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
 from robust_slam._deadline import Deadline
@@ -99,26 +100,33 @@ class Stateless:
 
 
 def prepare(
-    given: Problem[X] | PoseGraph, x0: X | None, tol: float | None, usual: float
+    given: Problem[X] | PoseGraph,
+    x0: X | None,
+    tol: float | None,
+    usual: float,
+    trusted: ArrayLike | None = None,
 ) -> tuple[Problem[X], X | None, float]:
     """Return a problem, its start and its tolerance, from a problem or a pose graph.
 
     A graph becomes a problem with one Gauss–Newton step for each solve. It starts at
     ``PoseGraphProblem.guess``, that is at dead reckoning where the odometry is complete, and
     its tolerance is 1e-6. A problem starts at ``x0`` or, if None, at plain least squares, and
-    its tolerance is ``usual``. ``x0`` and ``tol`` are kept where they are given.
+    its tolerance is ``usual``. ``x0`` and ``tol`` are kept where they are given, and ``trusted``
+    ``(m,)`` are the edges of a graph whose weight stays 1, by default its odometry.
 
     Raises:
         TypeError: ``given`` is neither.
-        ValueError: ``x0`` are not poses of the graph.
+        ValueError: ``x0`` are not poses of the graph, or ``trusted`` is given beside a problem.
     """
     graph = given.graph if isinstance(given, PoseGraphProblem) else given
     if x0 is not None and isinstance(graph, PoseGraph):
         check_poses("x0", x0, graph)  # type: ignore[arg-type]
     if isinstance(given, PoseGraph):
-        problem = PoseGraphProblem(given, tol=GRAPH_TOL, steps=1)
+        problem = PoseGraphProblem(given, trusted=trusted, tol=GRAPH_TOL, steps=1)
         start: X = problem.guess if x0 is None else x0  # type: ignore[assignment]
         return problem, start, GRAPH_TOL if tol is None else tol  # type: ignore[return-value]
+    if trusted is not None:
+        raise ValueError("trusted: it is for a pose graph; a problem has its own, problem.trusted")
     if not hasattr(given, "residual_norms"):
         raise TypeError(
             f"problem is a {type(given).__name__}; give a PoseGraph, or a problem such as "
@@ -132,6 +140,7 @@ def reweight(
     rule: Rule[State],
     x0: X | None = None,
     *,
+    trusted: ArrayLike | None = None,
     tol: float | None = None,
     max_iterations: int = 100,
     max_seconds: float = inf,
@@ -139,7 +148,7 @@ def reweight(
 ) -> Result[X]:
     """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
 
-    Where ``problem`` is a pose graph, start and tolerance are those of ``prepare``; else
+    Where ``problem`` is a pose graph, start, tolerance and ``trusted`` are as in ``prepare``; else
     ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show progress. After
     ``max_seconds`` of CPU time, but not before the first step, it stops with TIME_LIMIT.
 
@@ -155,7 +164,7 @@ def reweight(
 
     Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4; Yang et al. 2020.
     """
-    problem, x0, tol = prepare(problem, x0, tol, 1e-12)
+    problem, x0, tol = prepare(problem, x0, tol, 1e-12, trusted)
     check_limits(tol, max_iterations)
     deadline = Deadline.after(max_seconds)
     x = problem.initial() if x0 is None else x0

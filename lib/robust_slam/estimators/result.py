@@ -106,6 +106,8 @@ class Result(Generic[X]):
             rows.append(f"{k:4d}  {mu:>10}  {step.cost:12.6g}  {kept:6d}")
         return "\n".join([*rows, f"stopped: {self.stop.value}"])
 
+    __str__ = summary
+
     @classmethod
     def ending(cls, history: Sequence[Step[X]], stop: StopReason) -> Self:
         """Return the result whose solution is the last step of ``history``."""

@@ -25,13 +25,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam.descent.normal_equations import NormalEquations, linear_change
-from robust_slam.descent.step import (
-    check_limits,
-    damping_factor,
-    increases,
-    is_small,
-    retract,
-)
+from robust_slam.descent.step import check_limits, damping_factor, increases, is_small, retract
 from robust_slam.estimators import kernels
 from robust_slam.estimators.loop import Problem
 from robust_slam.estimators.result import Result, Step, StopReason

@@ -1,5 +1,5 @@
 """Factors beyond relative poses: priors, GPS, landmarks and ranges, and a robust solve of them."""
 
-import lazy_loader
+from robust_slam._names import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -236,8 +236,6 @@ def _information(name: str, given: Factors, k: int, d: int) -> Array:
     matrices = np.asarray(given.information, dtype=np.float64)
     if name == "ranges":
         matrices = matrices.reshape(*matrices.shape, 1, 1)
-    if matrices.ndim == 2:
-        matrices = np.broadcast_to(matrices, (k, *matrices.shape))
     return _root(checked_information(f"{name}.information: entry", matrices, k, d))
 
 

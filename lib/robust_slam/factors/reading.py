@@ -14,20 +14,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from robust_slam._arrays import Array, Indices
+from robust_slam._words import counted
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.graphs import se3
 from robust_slam.graphs.doubts import few_digits
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, decoded, rows_of, whole
+from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, lines_of, rows_of, whole
 from robust_slam.graphs.matrices import information_of, row_by_row
 from robust_slam.graphs.quaternions import poses_of
+from robust_slam.graphs.reading import text_of
 from robust_slam.graphs.tagged import graph_of
 
 _SENSOR = "PARAMS_SE3OFFSET"
@@ -60,10 +62,11 @@ def _tags(layout: _Layout, d: int, pose: int) -> dict[str, Tag]:
     }
 
 
-_TAGS = _tags(_PLANE, 2, 3) | _tags(_SPACE, 3, 7) | {_SENSOR: Tag(1, 7)}
+_FACTORS = _tags(_PLANE, 2, 3) | _tags(_SPACE, 3, 7)
+_TAGS = _FACTORS | {_SENSOR: Tag(1, 7)}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FactorFile:
     """The factor graph of a file, and the map of its vertices.
 
@@ -79,6 +82,27 @@ class FactorFile:
     skipped: dict[str, int]
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
+
+    def summary(self) -> str:
+        """Return what is in the file, a line each."""
+        rows = [("factors", f"{self.graph!r}"[len("<FactorGraph: ") : -1])]
+        rows += [
+            ("note", f"skipped {counted(count, 'line')} with the tag {tag}")
+            for tag, count in self.skipped.items()
+        ]
+        rows += [("note", words) for words in (*self.notes, *self.doubts)]
+        return "\n".join(f"{name:<10} {words}" for name, words in rows)
+
+    __str__ = summary
+
+    def __repr__(self) -> str:
+        return f"<FactorFile: {repr(self.graph)[1:-1]}>"
+
+
+def has_factors(path: str | os.PathLike[str]) -> bool:
+    """Tell whether a file has lines of landmarks, priors or GPS; it may raise an OSError."""
+    text = Path(path).read_bytes().decode("utf-8", errors="replace")
+    return any(fields[0] in _FACTORS for _, fields in lines_of(text))
 
 
 def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") -> FactorFile:
@@ -102,7 +126,9 @@ def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") ->
     (<FactorGraph: 2 poses in SE(2), 1 landmark, 1 edge, 1 point>, [7, 9, 8])
     """
     try:
-        return _parsed(decoded(Path(path).read_bytes()), unknown)
+        text, commas = text_of(path)
+        found = _parsed(text, unknown)
+        return replace(found, notes=(*commas, *found.notes))
     except Fault as fault:
         raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
 

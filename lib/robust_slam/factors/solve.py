@@ -30,6 +30,7 @@ from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.evidence import evidence
 from robust_slam.factors.factor_graph import FactorGraph, as_factor_graph
 from robust_slam.factors.problem import FactorGraphProblem, thresholds_of
+from robust_slam.progress import Progress, stages
 
 _TOL = 1e-3
 """A descent is at rest when no norm changes by more than this, relative to 1 + it."""
@@ -107,6 +108,8 @@ class FactorAnswer:
             rows.append(("time", "the limit ended the search"))
         return "\n".join(f"{name:<10} {text}" for name, text in rows)
 
+    __str__ = summary
+
 
 def solve_factors(
     graph: FactorGraph,
@@ -114,6 +117,7 @@ def solve_factors(
     *,
     x0: ArrayLike | None = None,
     trusted: ArrayLike | None = None,
+    progress: bool | Progress = False,
     max_seconds: float = inf,
 ) -> FactorAnswer:
     """Return the map of a factor graph without its outliers, and which factors these are.
@@ -123,8 +127,8 @@ def solve_factors(
     them; and DCS descends from the map of Huber's kernel, too. From each end truncated least
     squares decides about all factors, and the map of the largest evidence is returned. An inlier
     passes with ``probability``, in each kind by its own χ² threshold. ``trusted`` ``(m,)`` factors
-    are never rejected; by default these are odometry and priors. After ``max_seconds`` of CPU time
-    no further descent begins.
+    are never rejected; by default these are odometry and priors. ``progress`` is that of
+    ``rs.solve``. After ``max_seconds`` of CPU time no further descent begins.
 
     Unlike ``rs.solve`` it takes the deviations that are claimed for true, and cannot tell whether
     the minimum is global, nor whether other measurements would give a map as good. Outliers that
@@ -150,12 +154,14 @@ def solve_factors(
     quick = FactorGraphProblem(whole, x0, trusted, limits, steps=1)
     equations = FactorEquations(whole)
     ends: dict[str, tuple[Array, float]] = {}
-    for name, descent in _DESCENTS.items():
-        if ends and deadline.passed:
-            break
-        x = _truncated(quick, descent(quick, quick.guess, deadline.left), deadline.left).x
-        kept = quick.trusted | (quick.residual_norms(x) <= quick.threshold)
-        ends[name] = x, evidence(equations, x, kept)
+    with stages(progress) as tell:
+        for name, descent in _DESCENTS.items():
+            if ends and deadline.passed:
+                break
+            tell(f"{name} descends")
+            x = _truncated(quick, descent(quick, quick.guess, deadline.left), deadline.left).x
+            kept = quick.trusted | (quick.residual_norms(x) <= quick.threshold)
+            ends[name] = x, evidence(equations, x, kept)
     best = max(ends.values(), key=lambda end: end[1])[0]
     last = FactorGraphProblem(whole, best, trusted, limits, tol=_LAST)
     result = _truncated(last, best, deadline.left)

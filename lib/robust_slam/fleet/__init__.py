@@ -1,5 +1,5 @@
 """GNC by several robots, each with its own part of the graph."""
 
-import lazy_loader
+from robust_slam._names import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

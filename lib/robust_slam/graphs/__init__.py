@@ -6,6 +6,6 @@ numbers mean. ``tagged`` and ``matrices`` make and check a graph of them, ``quat
 rotations, ``doubts`` asks whether it was meant so, and a ``graph_file`` holds it all.
 """
 
-import lazy_loader
+from robust_slam._names import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -62,23 +62,12 @@ class DownloadFailed(OSError):
 
 
 def load(name: str) -> PoseGraph:
-    """Return a public graph, of the ``NAMES``; it is never downloaded here.
-
-    Raises:
-        DatasetMissing: it is not on this machine.
-        DatasetChanged: its checksum is wrong.
-        ValueError: there is no public graph of that name.
-    """
+    """Return a public graph, of the ``NAMES``, without a download, or raise what ``find`` does."""
     return read(find(name)).graph
 
 
 def is_here(name: str) -> bool:
-    """Tell whether a public graph is on this machine.
-
-    Raises:
-        DatasetChanged: its checksum is wrong.
-        ValueError: there is no public graph of that name.
-    """
+    """Tell whether a public graph is on this machine; other errors are those of ``find``."""
     try:
         find(name)
     except DatasetMissing:
@@ -87,13 +76,10 @@ def is_here(name: str) -> bool:
 
 
 def load_or_generate(name: str, make: Callable[[], PoseGraph]) -> tuple[PoseGraph, str]:
-    """Return a public graph or, where it is missing, the graph of ``make()``.
-
-    The second value is a sentence for the reader that tells which of the two it is.
+    """Return a public graph or, where it is missing, that of ``make()``, and a sentence of which.
 
     Raises:
-        DatasetChanged: its checksum is wrong.
-        ValueError: there is no public graph of that name.
+        DatasetChanged, ValueError: as ``find``.
     """
     try:
         return load(name), f"The graph is the public data set {name}."
@@ -126,8 +112,7 @@ def find(name: str) -> Path:
 def download(names: Iterable[str] = NAMES, base_url: str = URL) -> list[Path]:
     """Download public graphs to the user's cache, and return the paths of their files.
 
-    A correct file that is already there is not downloaded again. A progress bar is shown on
-    the standard error.
+    A correct file that is there is not downloaded again. A bar is shown on the standard error.
 
     Raises:
         DownloadFailed: a file cannot be downloaded, or its checksum is wrong.
@@ -140,28 +125,22 @@ def download(names: Iterable[str] = NAMES, base_url: str = URL) -> list[Path]:
 
 
 def try_download(names: Iterable[str] = SHOWN, base_url: str = URL) -> list[Path]:
-    """Download public graphs that are not on this machine, if that is possible.
+    """Download public graphs that are missing, if that is possible, and return their paths.
 
-    They are stored in the user's cache, and the paths of their files are returned. Nothing is
-    shown, and the first failure of the network, or 5 s without an answer, ends the attempt
-    without an error. Nothing is downloaded where the environment variable ``CI`` is set.
+    Nothing is shown, and the first failure of the network, or 5 s without an answer, ends the
+    attempt without an error. Nothing is downloaded where the environment variable ``CI`` is set.
 
     Raises:
-        DatasetChanged: the checksum of a file is wrong.
-        ImportError: pooch is missing; it comes with the extra ``data``.
-        ValueError: there is no public graph of that name.
+        DatasetChanged, ImportError, ValueError: as ``find`` and ``download``.
     """
-    missing = [] if _in_ci() else [_known(name) for name in names if not is_here(name)]
+    in_ci = os.environ.get("CI", "").lower() not in ("", "0", "false")
+    missing = [] if in_ci else [_known(name) for name in names if not is_here(name)]
     fetched: list[Path] = []
     with suppress(DownloadFailed):
         for name in missing:
             _needed("pooch").get_logger().setLevel("ERROR")
             fetched.append(_fetch(name, base_url, timeout=5.0))
     return fetched
-
-
-def _in_ci() -> bool:
-    return os.environ.get("CI", "").lower() not in ("", "0", "false")
 
 
 def _known(name: str) -> str:
@@ -196,12 +175,12 @@ def _cache(pooch: ModuleType) -> Path:
 def _checked(path: Path, sha256: str) -> Path:
     with path.open("rb") as file:
         found = hashlib.file_digest(file, "sha256").hexdigest()
-    if found != sha256:
-        raise DatasetChanged(
-            f"{path}: the content is not that of the public graph (SHA-256 {found[:12]}…, "
-            f"not {sha256[:12]}…); delete the file and run `{_DOWNLOAD}`"
-        )
-    return path
+    if found == sha256:
+        return path
+    raise DatasetChanged(
+        f"{path}: the content is not that of the public graph (SHA-256 {found[:12]}…, not "
+        f"{sha256[:12]}…); delete the file and run `{_DOWNLOAD}`"
+    )
 
 
 def _fetch(name: str, base_url: str, **options: float) -> Path:

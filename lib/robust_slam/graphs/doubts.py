@@ -19,7 +19,7 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted, so_do
 from robust_slam.graphs.graph_file import Names, as_closure
 from robust_slam.graphs.group import upward
-from robust_slam.graphs.pose_graph import PoseGraph, deviations, rows_of
+from robust_slam.graphs.pose_graph import FEW, PoseGraph, deviations, rows_of
 
 _BLIND = np.pi / np.sqrt(3.0)
 """The deviation (rad) of a direction about which nothing is known: uniform from -π to π."""
@@ -29,8 +29,6 @@ _LEAP = 10.0
 """Steps so many times longer than 95 % of all are hardly odometry."""
 _UNLIKE = 1.5
 """A deviation differs by this factor where a sensor differs, and not by rounding."""
-FEW = 8
-"""The smallest number of steps that tell what is usual."""
 _SOME = 3
 """The smallest number of turns that tell their order."""
 _ROUNDED = 1e-3
@@ -44,8 +42,7 @@ class Content:
     """What a file was read as: the ``graph``, the ``names`` of its poses, and what was written.
 
     ``lines`` ``(m,)`` are those of the edges, and ``turns`` ``(m, a)`` the sizes of their angles
-    (rad), if they were written as such. A trajectory has ``poses`` ``(n, …)`` instead, whose
-    quaternions were read with w first, if ``w_first``.
+    (rad), if there are such. A trajectory has ``poses`` ``(n, …)`` instead, with w first or not.
     """
 
     graph: PoseGraph
@@ -69,8 +66,7 @@ class Content:
 def doubts(content: Content) -> tuple[str, ...]:
     """Return a sentence for each sign that the file was meant otherwise.
 
-    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], [np.diag([1e-2, 1e-2, 1e-4])],
-    ...                   is_odometry=[True])
+    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], np.diag([1e-2, 1e-2, 1e-4]))
     >>> doubts(Content(graph, np.arange(2)))[0][:40]
     'the matrices claim a deviation of 100 ra'
     """

@@ -19,11 +19,10 @@ from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
 
 @dataclass(frozen=True, eq=False)
 class Forest:
-    """A tree for each connected part of a graph.
+    """A tree for each connected part of a graph: ``parent`` ``(n,)`` and ``edge`` ``(n,)`` to it.
 
-    ``parent`` ``(n,)`` is the parent of each pose and ``edge`` ``(n,)`` the edge to it. A
-    root is its own parent, with edge −1. ``part`` ``(n,)`` numbers the trees from 0 in the
-    order of their smallest poses.
+    A root is its own parent, with edge −1. ``part`` ``(n,)`` numbers the trees from 0 in the order
+    of their smallest poses.
     """
 
     parent: Indices
@@ -82,10 +81,7 @@ def poses_along(graph: PoseGraph, forest: Forest) -> Array:
 
 
 def sums_along(forest: Forest, values: Array) -> Array:
-    """Return for each pose the sum of ``values`` ``(n, …)`` from its root down to it.
-
-    The values of roots count as 0.
-    """
+    """Return for each pose the sum of ``values`` ``(n, …)`` from its root, not counted, to it."""
     total = values.copy()
     parent = forest.parent
     total[parent == np.arange(parent.size)] = 0.0
@@ -99,8 +95,8 @@ def sums_along(forest: Forest, values: Array) -> Array:
 class Ancestors:
     """Answers which pose is the lowest common ancestor of two.
 
-    ``number`` ``(n + 1,)`` is the place of each pose in depth-first order, and ``order``
-    the pose at each place. A pose n above all roots joins the trees.
+    ``number`` ``(n + 1,)`` is the place of each pose in depth-first ``order``. A pose n above all
+    roots joins the trees.
     """
 
     number: Indices

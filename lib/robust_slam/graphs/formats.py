@@ -39,7 +39,8 @@ from robust_slam.graphs.lines import Rows
 from robust_slam.graphs.matrices import row_by_row, symmetric
 from robust_slam.graphs.tagged import Format, Layout
 
-_BITS = 56
+BITS = 56
+"""Behind these bits of a key is the letter of a robot."""
 _ID = re.compile(r"[A-Za-z][0-9]{1,16}", re.ASCII)
 _ROWS, _COLUMNS = np.array([0, 0, 1, 2, 0, 1]), np.array([0, 1, 1, 2, 2, 2])
 
@@ -78,15 +79,15 @@ TORO = Format(
 
 def read_id(field: str) -> int | None:
     """Return the key of an id such as A7, or None where the field is not one."""
-    return (ord(field[0]) << _BITS) + int(field[1:]) if _ID.fullmatch(field) else None
+    return (ord(field[0]) << BITS) + int(field[1:]) if _ID.fullmatch(field) else None
 
 
 def _robots(ids: Ids) -> Ids:
-    return np.asarray(ids >> _BITS)
+    return np.asarray(ids >> BITS)
 
 
 def _names(ids: Ids) -> Names:
-    words = [f"{chr(key >> _BITS)}{key & (2**_BITS - 1)}" for key in ids.ravel().tolist()]
+    words = [f"{chr(key >> BITS)}{key & (2**BITS - 1)}" for key in ids.ravel().tolist()]
     return np.array(words).reshape(ids.shape)
 
 

@@ -3,10 +3,9 @@
 Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of information;
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
 numbers; ``FIX id``. Metres and radians. A file has vertices for all of its poses or for none
-of them. A FIX line may name several ids. Lines ``PARAMS_…`` are skipped: they are calibrations
-of sensors, to which no edge between poses refers. Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are
-edges like others, and its switches s are skipped, because the solver decides by itself. Lines
-with other tags, such as landmarks, are refused or, on demand, skipped.
+of them. A FIX line may name several ids. Lines ``PARAMS_…``, calibrations of sensors, are skipped.
+Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are edges like others, without their switches s, because
+the solver decides by itself. Lines with other tags are refused or, on demand, skipped.
 
 An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
 inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
@@ -24,7 +23,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Ids
 from robust_slam._files import write_lines
@@ -55,7 +53,7 @@ G2O = Format(
     SPACE,
     fix="FIX",
     passed=("PARAMS_", "VERTEX_SWITCH", "EDGE_SWITCH_PRIOR"),
-    elsewhere="; rs.factors.read_factors reads landmarks and priors",
+    elsewhere="; the command and rs.factors.read_factors use landmarks, priors and GPS",
 )
 """What the lines of a g2o file mean."""
 
@@ -68,13 +66,10 @@ def write(
 ) -> None:
     """Write a graph as a g2o file from which ``read`` returns the same numbers.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, become vertices. ``names`` ``(n,)`` are ids for
-    poses 0 to n − 1, by default these numbers themselves. A FIX line is written only if the
-    id of pose 0 is not the smallest. Rotation matrices are recovered within 3e-15 the first
-    time and exactly from then on. The format has no field for ``is_odometry``, and only the
-    upper triangle of an information matrix is written.
-
-    The write is atomic: a temporary file in the same folder is renamed at the end.
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, become vertices. ``names`` ``(n,)`` are ids for poses 0
+    to n − 1, by default these numbers. A FIX line is written only if the id of pose 0 is not the
+    smallest. Rotation matrices are recovered within 3e-15 the first time and exactly from then on.
+    The format has no field for ``is_odometry``. It is written at once or not at all.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
@@ -84,11 +79,16 @@ def write(
     """
     layout = PLANE if check_graph(graph).group.DIMENSION == 2 else SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
-    ids = np.arange(graph.n, dtype=np.int64) if names is None else _names(names, graph.n)
+    ids = np.arange(graph.n, dtype=np.int64) if names is None else checked_names(names, graph.n)
     write_lines(path, _lines(graph, given, ids, layout))
 
 
-def _names(value: ArrayLike, n: int) -> Ids:
+def checked_names(value: ArrayLike, n: int) -> Ids:
+    """Return ``value`` as ids ``(n,)`` of poses 0 to n - 1.
+
+    Raises:
+        ValueError: as ``write``.
+    """
     names = np.asarray(value)
     if names.shape != (n,):
         raise ValueError(f"names: the shape is {names.shape}; give ({n},)")
@@ -117,9 +117,7 @@ def _numbers(poses: Array, layout: Layout) -> Array:
     """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses in the format."""
     if layout is PLANE:
         return poses
-    # A copy, since SciPy 1.14 takes no array that is only to be read.
-    quaternion = np.asarray(Rotation.from_matrix(se3.rotation(poses).copy()).as_quat())
-    return np.concatenate([se3.translation(poses), quaternions.on_grid(quaternion)], axis=1)
+    return np.concatenate([se3.translation(poses), quaternions.of(poses)], axis=1)
 
 
 def _tagged(tag: str, ids: Ids, numbers: Array) -> Iterator[str]:

@@ -23,8 +23,7 @@ from robust_slam.graphs.pose_graph import PoseGraph
 class Noise:
     """Standard deviations of each coordinate of the translation and the rotation, in m and rad.
 
-    ``scale`` multiplies the noise but not the information matrix; 0 gives exact
-    measurements.
+    ``scale`` multiplies the noise but not the information matrix; 0 gives exact measurements.
     """
 
     odometry: tuple[float, float] = (0.05, 0.02)
@@ -43,9 +42,8 @@ def circle(
 ) -> tuple[PoseGraph, Array]:
     """Return a drive of ``n`` poses around a circle, and the true poses ``(n, 3)``.
 
-    The robot drives ``laps`` rounds anticlockwise; ``radius`` is in m. The ``closures`` are
-    drawn from all pairs no further apart than consecutive poses; in one round that is only
-    the last pose and pose 0.
+    The robot drives ``laps`` rounds of ``radius`` m anticlockwise. The ``closures`` are drawn from
+    all pairs no further apart than consecutive poses: in one round the last pose and pose 0.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
@@ -76,13 +74,12 @@ def manhattan(
     closures: int | None = None,
     noise: Noise | None = None,
 ) -> tuple[PoseGraph, Array]:
-    """Return a walk of ``n`` poses through a town of square blocks, and the true poses.
+    """Return a walk of ``n`` poses through a town of blocks, and the true poses ``(n, 3)``.
 
-    The true poses are ``(n, 3)``. The town has ``side`` by ``side`` blocks of ``block`` m, by
-    default about √n/2 per side, and the walk starts at a corner. Each step leads one block
-    ahead. At each crossing the robot turns left or right with probability ``turn``, and
-    always where the street ends. The ``closures``, by default n/5, are drawn from all pairs
-    of poses that are at most one block apart and not consecutive.
+    The town has ``side`` by ``side`` blocks of ``block`` m, by default about √n/2, and the walk
+    starts at a corner. Each step leads one block ahead. At each crossing the robot turns left
+    or right with probability ``turn``, and always where the street ends. The ``closures``, by
+    default n/5, are drawn from all pairs of poses at most one block apart and not consecutive.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
@@ -120,18 +117,15 @@ def sphere(
 ) -> tuple[PoseGraph, Array]:
     """Return a spiral path of ``n`` poses on a sphere, and the true poses ``(n, 3, 4)``.
 
-    The graph is in SE(3). The path winds from pole to pole with ``around`` poses per ring, by
-    default about √n. The robot faces its direction of motion, and its z axis points outwards
-    from the sphere of ``radius`` m. The ``closures``, by default all, are drawn from the
-    pairs (k, k + around), which are neighbours on consecutive rings. With ``neighbours`` 3,
-    5, … each pose is paired with that many poses of the next ring, those around its
-    neighbour: 2200 poses, 50 around, have 8649 edges with 3.
+    The path winds from pole to pole with ``around`` poses per ring, by default about √n. The robot
+    faces its direction of motion, and its z axis points outwards from the sphere of ``radius`` m.
+    The ``closures``, by default all, are drawn from the pairs (k, k + around), neighbours on
+    consecutive rings, or with ``neighbours`` 3, 5, … from that many poses of the next ring.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
 
-    Source: derived here, modelled on the graph sphere2500; colatitude and longitude grow
-    linearly along the path.
+    Source: derived here, modelled on the graph sphere2500.
     """
     rng = np.random.default_rng(rng)
     if n < 3:

@@ -27,17 +27,17 @@ def as_closure(named: str, edge: int) -> str:
     return f"--closure {named}, or False in is_odometry (entry {edge})"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GraphFile:
     """The content of a file.
 
-    ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or
-    None if it has none. ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names``
-    ``(n,)`` the same ids as the file writes them. ``repaired`` ``(k,)`` are the edges whose
-    information matrix was replaced, ``skipped`` maps each skipped tag to its number of lines,
-    ``notes`` are sentences about how the file was understood, and ``doubts`` about what it was
-    hardly meant to hold, such as degrees. ``times`` ``(n,)`` (s) are those of a trajectory in
-    TUM's format.
+    ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or None.
+    ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names`` ``(n,)`` the same as the
+    file writes them. ``repaired`` ``(k,)`` are the edges whose information was replaced,
+    ``skipped`` maps each skipped tag to its number of lines, ``notes`` are sentences about how the
+    file was understood, and ``doubts`` about what it hardly meant to hold, such as degrees.
+    ``times`` ``(n,)`` (s) are those of a trajectory, and ``w_first`` tells that its quaternions
+    begin with w.
     """
 
     graph: PoseGraph
@@ -49,6 +49,10 @@ class GraphFile:
     notes: tuple[str, ...] = ()
     times: Array | None = None
     doubts: tuple[str, ...] = ()
+    w_first: bool = False
+
+    def __repr__(self) -> str:
+        return f"<GraphFile: {repr(self.graph)[1:-1]}, {counted(len(self.remarks()), 'remark')}>"
 
     @property
     def leaps(self) -> Indices:
@@ -63,10 +67,6 @@ class GraphFile:
         ends = np.sort(self.names[self.graph.edges].astype(np.str_), axis=1)
         found: Mask = self.graph.is_odometry & np.all(ends == sorted((i, j)), axis=1)
         return found
-
-    def by_id(self, poses: Array) -> Array:
-        """Return ``poses`` ``(n, …)`` by ascending id; the graph has a fixed vertex first."""
-        return np.asarray(poses[np.argsort(self.ids)])
 
     def remarks(self) -> list[str]:
         """Return a sentence for each thing that was replaced, skipped, assumed, or looks wrong."""
@@ -103,3 +103,5 @@ class GraphFile:
         return "\n".join(
             [self.graph.summary(), *(f"{'note':<10} {words}" for words in self.remarks())]
         )
+
+    __str__ = summary

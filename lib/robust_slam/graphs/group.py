@@ -72,6 +72,7 @@ def group_of(poses: Array) -> Group:
         return se3
     raise ValueError(
         f"poses: the shape is {poses.shape}; give (…, 3) in SE(2) or (…, 3, 4) in SE(3)"
+        f"{', the rows [R | t] of each: poses[:, :3]' if poses.shape[-2:] == (4, 4) else ''}"
     )
 
 

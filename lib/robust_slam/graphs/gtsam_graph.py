@@ -1,25 +1,31 @@
 """Pose graphs as GTSAM's factor graphs, where gtsam is installed.
 
-Key k is pose k, each edge a between factor with Gaussian noise of its information matrix.
-GTSAM puts the rotation first in a tangent vector of SE(3), so rows and columns are
-permuted. The error of the factor graph is the cost of ``pose_graph.cost``.
-
-The cost is invariant to a rigid motion of the map, so a prior on pose 0 fixes the frame. At
-a minimum the prior has no cost, and its deviations, 1 mm and 1 mrad, do not move the map. They
-are part of GTSAM's marginals: that of pose 0 is 1e-6 I, while ``covariance`` returns 0.
+Each edge is a between factor with Gaussian noise of its information matrix. GTSAM puts the
+rotation first in a tangent vector of SE(3), so rows and columns are permuted. The error of the
+factor graph is the cost of ``pose_graph.cost``, and a prior on pose 0 fixes the frame. At a
+minimum it has no cost, and its deviations, 1 mm and 1 mrad, do not move the map. They are part of
+GTSAM's marginals: that of pose 0 is 1e-6 I, while ``covariance`` returns 0.
 
 Source: Dellaert 2012, "Factor graphs and GTSAM", for the conventions of the factors.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam._arrays import Array, Ids
+from robust_slam._words import counted
+from robust_slam.graphs.formats import BITS, PYFG
+from robust_slam.graphs.g2o import checked_names
+from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses, steps_of
 
 if TYPE_CHECKING:
     import gtsam
@@ -30,57 +36,131 @@ _ROTATION_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
 
 def to_gtsam(
-    graph: PoseGraph, poses: ArrayLike
+    graph: PoseGraph, poses: ArrayLike, names: ArrayLike | None = None
 ) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
     """Return GTSAM's factor graph of ``graph`` and its values at ``poses``.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``. The factors have the order of the edges, followed
-    by the prior on pose 0.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, and ``names`` ``(n,)`` their keys, such as the
+    ``ids`` of ``from_gtsam``, by default 0 to n − 1. The factors have the order of the edges,
+    followed by the prior on pose 0.
 
     Raises:
         ImportError: gtsam is not installed.
-        ValueError: ``poses`` do not fit the graph.
+        ValueError: ``poses`` or ``names`` do not fit the graph.
     """
     checked = check_poses("poses", poses, graph)
-    try:
-        import gtsam
-    except ImportError:
-        raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
+    gtsam = _gtsam()
     plane = graph.group.DIMENSION == 2
     between = gtsam.BetweenFactorPose2 if plane else gtsam.BetweenFactorPose3
     prior = gtsam.PriorFactorPose2 if plane else gtsam.PriorFactorPose3
     order = slice(None) if plane else _ROTATION_FIRST
     information = graph.information[:, order][:, :, order]
     factors, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-    for (i, j), z, omega in zip(graph.edges.tolist(), graph.measurement, information, strict=True):
+    keys = _keys(names, graph)
+    edges = keys[graph.edges].tolist()
+    for (i, j), z, omega in zip(edges, graph.measurement, information, strict=True):
         factors.add(between(i, j, _theirs(z), gtsam.noiseModel.Gaussian.Information(omega)))
     noise = gtsam.noiseModel.Isotropic.Sigma(graph.group.DOF, _PRIOR_SIGMA)
-    factors.add(prior(0, _theirs(checked[0]), noise))
-    for key, pose in enumerate(checked):
+    factors.add(prior(int(keys[0]), _theirs(checked[0]), noise))
+    for key, pose in zip(keys.tolist(), checked, strict=True):
         values.insert(key, _theirs(pose))
     return factors, values
 
 
-def poses_from_gtsam(values: gtsam.Values, graph: PoseGraph) -> Array:
-    """Return the poses ``(n, 3)`` or ``(n, 3, 4)`` of keys 0 to n − 1.
+def _keys(names: ArrayLike | None, graph: PoseGraph) -> Ids:
+    return np.arange(graph.n) if names is None else checked_names(names, graph.n)
+
+
+def poses_from_gtsam(
+    values: gtsam.Values, graph: PoseGraph, names: ArrayLike | None = None
+) -> Array:
+    """Return the poses ``(n, 3)`` or ``(n, 3, 4)`` of the keys that ``to_gtsam`` gave them.
 
     Raises:
         ValueError: a key is missing, or holds something other than a pose of the group.
     """
+    return _poses(values, graph, _keys(names, graph).tolist())
+
+
+def _poses(values: gtsam.Values, graph: PoseGraph, keys: Iterable[int]) -> Array:
+    at = values.atPose2 if graph.group.DIMENSION == 2 else values.atPose3
     try:
-        if graph.group.DIMENSION == 3:
-            return np.array([values.atPose3(key).matrix()[:3] for key in range(graph.n)])
-        plane = map(values.atPose2, range(graph.n))
-        return np.array([[pose.x(), pose.y(), pose.theta()] for pose in plane])
+        return np.array([_ours(at(key)) for key in keys])
     except RuntimeError as error:
         raise ValueError(
             f"values: {str(error).rstrip('.')}; give the values of this graph's factors"
         ) from None
 
 
-def _theirs(pose: Array) -> Any:  # noqa: ANN401 (a Pose2 or a Pose3)
-    import gtsam
+def from_gtsam(
+    factors: gtsam.NonlinearFactorGraph, values: gtsam.Values | None = None
+) -> GraphFile:
+    """Return the pose graph of GTSAM's between factors, and ``values`` as its poses.
 
+    Its ``ids`` are the keys, ascending, and its ``names`` those of symbols, such as x7. Of robust
+    noise the Gaussian part is taken. Which edges are odometry is found as for files, where the
+    letter of a symbol is the robot. Other factors, such as priors, are left out, with a note.
+
+    Raises:
+        ImportError: gtsam is not installed.
+        ValueError: there is no between factor of poses, they are of both groups or do not
+            connect all keys, a noise model is not Gaussian, or a value is missing.
+
+    Source: Dellaert 2012, for the conventions of the factors.
+    """
+    gtsam, others = _gtsam(), Counter[str]()
+    kinds = {gtsam.BetweenFactorPose2: [], gtsam.BetweenFactorPose3: []}  # type: ignore[var-annotated]
+    for factor in map(factors.at, range(factors.size())):
+        if type(factor) in kinds:
+            kinds[type(factor)].append(factor)
+        elif factor is not None:
+            others[type(factor).__name__] += 1
+    used = [found for found in kinds.values() if found]
+    if len(used) != 1:
+        raise ValueError("factors: give BetweenFactorPose2 or BetweenFactorPose3, and one of both")
+    keys = np.array([list(factor.keys()) for factor in used[0]], dtype=np.int64)
+    plane, ids = used[0] is kinds[gtsam.BetweenFactorPose2], np.unique(keys)
+    edges = np.searchsorted(ids, keys)
+    measured = np.array([_ours(factor.measured()) for factor in used[0]])
+    order = slice(None) if plane else _ROTATION_FIRST
+    information = np.array([_information(gtsam, factor) for factor in used[0]])
+    graph = PoseGraph(
+        ids.size,
+        edges,
+        measured,
+        information[:, order][:, :, order],
+        steps_of(edges, measured, ids >> BITS),
+    )
+    poses = None if values is None else _poses(values, graph, ids.tolist())
+    names = PYFG.names(ids) if np.all(ids >> BITS) else ids
+    notes = (f"left out {counted(count, 'factor')} {kind}" for kind, count in others.items())
+    return GraphFile(graph, poses, ids, names, notes=tuple(notes))
+
+
+def _information(gtsam: ModuleType, factor: Any) -> Array:  # noqa: ANN401 (a between factor)
+    noise = factor.noiseModel()
+    if isinstance(noise, gtsam.noiseModel.Robust):
+        noise = noise.noise()
+    if not isinstance(noise, gtsam.noiseModel.Gaussian):
+        raise ValueError(f"factors: the noise of {factor.keys()} is not Gaussian; give it sigmas")
+    return np.asarray(noise.R().T @ noise.R())
+
+
+def _gtsam() -> ModuleType:
+    try:
+        return import_module("gtsam")
+    except ImportError:
+        raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
+
+
+def _ours(pose: Any) -> Array:  # noqa: ANN401 (a Pose2 or a Pose3)
+    if hasattr(pose, "theta"):
+        return np.array([pose.x(), pose.y(), pose.theta()])
+    return np.asarray(pose.matrix()[:3])
+
+
+def _theirs(pose: Array) -> Any:  # noqa: ANN401 (a Pose2 or a Pose3)
+    gtsam = _gtsam()
     if pose.ndim == 1:
         return gtsam.Pose2(*pose.tolist())
     return gtsam.Pose3(gtsam.Rot3(pose[:, :3]), pose[:, 3])

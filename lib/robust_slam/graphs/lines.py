@@ -8,12 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 
 from robust_slam._arrays import Array, Ids, Indices, Mask
 
+Number = TypeVar("Number", int, float)
 Unknown: TypeAlias = Literal["raise", "skip"]
 ReadId: TypeAlias = Callable[[str], int | None]
 """Return the whole number of an id, or None where the field is not one."""
@@ -23,13 +24,17 @@ LARGEST = 1e30
 """Beyond it (m or rad) a residual cannot be squared and weighed in double precision."""
 _DECIMAL = re.compile(r"[+-]?\d+(,\d+)?([eE][+-]?\d+)?")
 _MEANT = {
+    "SE3$": "write VERTEX_SE3:QUAT and EDGE_SE3:QUAT, without spaces",
+    "PRIOR:": "g2o writes EDGE_SE3_PRIOR i p, and PARAMS_SE3OFFSET p 0 0 0 0 0 0 1 once",
+    ":$": "this may be YAML, and a graph is lines of g2o",
+    r"^\d": "if it is a time, write it in seconds",
     "SIM3": "it is a similarity, with a scale, and this library estimates rigid poses; apply the "
     "scales and export EDGE_SE3:QUAT",
     "TUTORIAL_": "the tutorial of g2o writes such tags; take TUTORIAL_ out of them",
     ",": "fields are separated by spaces here; put them in place of the commas",
     ";": "fields are separated by spaces here; put them in place of the semicolons",
 }
-"""What an unknown tag with these letters means, and the remedy."""
+"""What an unknown tag with such letters means, and the remedy."""
 
 
 class Fault(Exception):
@@ -41,10 +46,10 @@ class Fault(Exception):
 
 @dataclass(frozen=True)
 class Tag:
-    """What stands behind a tag: time stamps, ids, numbers without a use, then numbers.
+    """What stands behind a tag: time stamps and ids, numbers without a use, then numbers.
 
-    The time stamps are not used either. A line with ``many`` ids counts as a line for each of
-    them. The last numbers are an upper triangle ``half``, if there is one, such as it may be.
+    A line with ``many`` ids counts as a line for each of them. The last numbers are an upper
+    triangle ``half``, if there is one, such as it may be.
     """
 
     ids: int
@@ -130,8 +135,8 @@ def by_tag(
 ) -> tuple[dict[str, list[Line]], dict[str, int]]:
     """Return the lines of each of the ``tags``, and the number of lines of each skipped tag.
 
-    Tags that begin with one of the words ``passed`` are skipped whatever ``unknown`` says.
-    ``elsewhere`` ends the message about a tag that is unknown.
+    Tags that begin with a word of ``passed`` are skipped in any case, and ``elsewhere`` ends the
+    message about a tag that is unknown.
 
     Raises:
         Fault: a line has the wrong number of fields, or an unknown tag.
@@ -157,7 +162,7 @@ def by_tag(
 def _unknown(name: str, text: str, tags: Mapping[str, Tag], elsewhere: str) -> str:
     """Return what is said of a tag; to leave its lines out is a remedy if edges are left."""
     left = any(fields[0] in tags and tags[fields[0]].ids > 1 for _, fields in lines_of(text))
-    meant = [words for letters, words in _MEANT.items() if letters in name]
+    meant = [words for letters, words in _MEANT.items() if re.search(letters, name)]
     usual = ", ".join(each for each, tag in tags.items() if not tag.unused)
     remedy = ', or leave such lines out with unknown="skip"' if left else ""
     use = meant[0] if meant else f"use {usual}{remedy}{elsewhere}"
@@ -188,9 +193,11 @@ def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> R
     for line, fields in lines:
         number.append(line)
         for k in (*range(1, first), *range(last, numbers_from)):
-            _real(line, k, fields[k])
-        ids.append([_id(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
-        numbers.append([_real(line, k, fields[k]) for k in range(numbers_from, end)])
+            _read(line, k, fields[k], real, "a number")
+        ids.append([_read(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
+        numbers.append(
+            [_read(line, k, fields[k], real, "a number") for k in range(numbers_from, end)]
+        )
     rows = Rows(
         np.array(number, dtype=np.int64),
         np.array(ids, dtype=np.int64).reshape(len(ids), tag.ids),
@@ -219,12 +226,7 @@ def whole(field: str) -> int | None:
     return int(field) if digits and int(field) <= LARGEST_ID else None
 
 
-def is_real(field: str) -> bool:
-    """Tell whether a field is a number."""
-    return _number(field) is not None
-
-
-def _number(field: str) -> float | None:
+def real(field: str) -> float | None:
     """Return a number: float() would also accept '1_0' and digits of other scripts."""
     try:
         return float(field) if "_" not in field and field.isascii() else None
@@ -232,20 +234,11 @@ def _number(field: str) -> float | None:
         return None
 
 
-def _id(line: int, place: int, field: str, read_id: ReadId, ids_are: str) -> int:
-    found = read_id(field)
+def _read(
+    line: int, place: int, field: str, read: Callable[[str], Number | None], wanted: str
+) -> Number:
+    found = read(field)
     if found is None:
-        raise _misread(line, place, field, ids_are)
+        comma = ", with a point in place of the comma" if "," in field and read is real else ""
+        raise Fault(line, f"field {place} is {field[:40]!r}; give {wanted}{comma}")
     return found
-
-
-def _real(line: int, place: int, field: str) -> float:
-    number = _number(field)
-    if number is None:
-        comma = ", with a point in place of the comma" if "," in field else ""
-        raise _misread(line, place, field, f"a number{comma}")
-    return number
-
-
-def _misread(line: int, place: int, field: str, wanted: str) -> Fault:
-    return Fault(line, f"field {place} is {field[:40]!r}; give {wanted}")

@@ -66,10 +66,9 @@ def information_of(
     if np.any(weak) and indefinite == "raise":
         raise rows.fault(
             weak,
-            f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} "
-            f"are not); give the upper triangle of {'a' if covariance else 'an inverse'} "
-            "covariance, or read with "
-            'indefinite="nearest" or "isotropic"',
+            f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} are "
+            f"not); give the upper triangle of {'a' if covariance else 'an inverse'} covariance, "
+            'or read with indefinite="nearest" or "isotropic"',
         )
     if indefinite != "raise":
         given[weak], empty = definite(given[weak], indefinite)
@@ -107,10 +106,9 @@ def uneven(rows: Rows, information: Array, names: Callable[[Indices], Names]) ->
 
 
 def _weak(matrices: Array, spectrum: Array, covariance: bool) -> Mask:
-    """Return which matrices are not positive definite in double precision.
+    """Return which matrices, or inverses of a covariance, are not positive definite.
 
-    ``spectrum`` ``(k, D)`` holds their eigenvalues. Of a covariance the inverse has to be
-    positive definite, too.
+    ``spectrum`` ``(k, D)`` holds their eigenvalues.
     """
     diagonal = np.diagonal(matrices, axis1=1, axis2=2)
     weak: Mask = ~(spectrum[:, 0] > 0.0) | np.any(diagonal <= 0.0, axis=1)
@@ -141,12 +139,10 @@ def _inverse(matrices: Array) -> Array:
 def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     """Return positive definite matrices ``(k, D, D)``, and which could not be repaired.
 
-    ``information`` ``(k, D, D)`` is symmetric; D is 3 in the plane and 6 in space. "nearest"
-    replaces eigenvalues below a floor by it: in the Frobenius norm no matrix with such
-    eigenvalues is nearer. Position and rotation have different units, so each is scaled by
-    its largest diagonal entry first. "isotropic" takes one precision for the position and one
-    for the rotation, the harmonic mean of the positive eigenvalues of each block. A matrix
-    cannot be repaired if its block of positions or of rotations has no positive eigenvalue.
+    ``information`` ``(k, D, D)`` is symmetric. "nearest" replaces eigenvalues below a floor by it:
+    in the Frobenius norm no such matrix is nearer, after position and rotation are scaled by their
+    largest diagonal entries. "isotropic" takes one precision for each of both, the harmonic mean
+    of the positive eigenvalues of its block. A block without one cannot be repaired.
 
     >>> matrix = np.diag([4.0, -1.0, 9.0])[None]
     >>> definite(matrix, "isotropic")[0][0].diagonal().tolist()

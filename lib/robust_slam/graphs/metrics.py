@@ -16,8 +16,7 @@ from robust_slam.graphs.rotations import nearest_rotations
 def precision_recall(kept: ArrayLike, true: ArrayLike) -> tuple[float, float]:
     """Return precision and recall: the share of kept closures that are true, and vice versa.
 
-    ``kept`` and ``true`` are masks ``(k,)`` over the closures. Precision is 1 if no closure
-    is kept, recall is 1 if no closure is true.
+    ``kept`` and ``true`` are masks ``(k,)`` over the closures. A share of no closures is 1.
 
     Raises:
         ValueError: the masks differ in length or are not booleans.
@@ -85,8 +84,7 @@ def nees(estimate: ArrayLike, truth: ArrayLike, k: ArrayLike, covariance: ArrayL
     and its numbers are too large.
 
     Where the covariance is right, the number has nearly a χ² distribution with D degrees of
-    freedom, 3 in the plane and 6 in space: its mean is D, and the mean over N independent maps is
-    within 1.96 √(2D/N) of D in 95 % of all cases. The poses of one map are not independent.
+    freedom: the mean over N independent maps is within 1.96 √(2D/N) of D in 95 % of all cases.
 
     Raises:
         ValueError: the shapes differ, an entry is not finite, ``k`` is not a pose, or a
@@ -103,8 +101,7 @@ def nees(estimate: ArrayLike, truth: ArrayLike, k: ArrayLike, covariance: ArrayL
     chosen = pose_numbers("k", k, len(truth))
     sigma = finite("covariance", covariance, (*chosen.shape, group.DOF, group.DOF))
     definite = np.linalg.eigvalsh(sigma)[..., 0] > 0.0
-    if not np.all(definite):
-        pose = chosen[~definite].ravel()[0]
+    for pose in chosen[~definite][:1]:
         raise ValueError(
             f"covariance: that of pose {pose} is not positive definite; pose 0 is held and has "
             "none, so leave it out, and take the others from robust_slam.covariance"

@@ -25,12 +25,10 @@ _ROOT = np.array([0])
 def sessions(graph: PoseGraph) -> Indices:
     """Return for each pose the number ``(n,)`` of its session, from 0.
 
-    A session is a set of poses that odometry connects. One robot on one drive gives one
-    session; several drives, or a gap in the odometry, give several, which only closures
-    join. Sessions are numbered in the order of their smallest poses.
+    A session is a set of poses that odometry connects: several drives, or a gap in the odometry,
+    give several, which only closures join. They are numbered in the order of their first poses.
 
-    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0], [1, 0, 0]], [np.eye(3)] * 2,
-    ...                   is_odometry=[True, False])
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, np.eye(3), [True, False])
     >>> sessions(graph).tolist()
     [0, 0, 1]
     """
@@ -40,16 +38,15 @@ def sessions(graph: PoseGraph) -> Indices:
 def dead_reckoning(graph: PoseGraph) -> Array:
     """Return the poses from the odometry alone, with pose 0 the identity.
 
-    They are ``(n, 3)`` in SE(2) and ``(n, 3, 4)`` in SE(3). Odometry edges may have either
-    direction and any order. Where they form cycles, a path with the fewest edges counts.
+    They are ``(n, 3)`` or ``(n, 3, 4)``. Odometry may have either direction and any order. Where
+    it forms cycles, a path with the fewest edges counts.
 
     Raises:
         ValueError: no path of odometry leads to some pose.
 
     Source: Hillis and Steele 1986, "Data parallel algorithms", pointer doubling.
 
-    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], [np.eye(3)] * 2,
-    ...                   is_odometry=[True, True])
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], np.eye(3))
     >>> dead_reckoning(graph).round(3)
     array([[0.   , 0.   , 0.   ],
            [1.   , 0.   , 1.571],
@@ -68,15 +65,13 @@ def dead_reckoning(graph: PoseGraph) -> Array:
 def accumulated_rotation(graph: PoseGraph, used: ArrayLike | None = None) -> float:
     """Return the largest deviation (rad) of a rotation along a tree of ``used`` edges.
 
-    It is that of one axis, relative to pose 0, if the errors of the edges are independent.
-    ``used`` ``(m,)`` is the mask of the tree's edges, by default the odometry. Above about
-    1 rad the rotation is lost, and nothing that is linear in it holds.
+    It is that of one axis, relative to pose 0, if the errors of the edges are independent, along
+    ``used`` ``(m,)``, by default the odometry. Above about 1 rad the rotation is lost.
 
     Raises:
         ValueError: the mask does not fit, or no path of ``used`` edges leads to some pose.
 
-    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, [np.diag([1, 1, 4])] * 2,
-    ...                   is_odometry=[True, True])
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, np.diag([1, 1, 4]))
     >>> round(accumulated_rotation(graph), 4)
     0.7071
     """
@@ -92,10 +87,9 @@ def accumulated_rotation(graph: PoseGraph, used: ArrayLike | None = None) -> flo
 def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     """Return the poses ``(n, …)`` along a spanning tree, with pose 0 the identity.
 
-    Of all paths from pose 0 to a pose it takes one with the fewest loop closures, and of
-    these one with the fewest edges: a complete odometry gives dead reckoning. Ties are
-    broken by the lowest edge index. Edges of weight 0 in ``weights`` ``(m,)`` are left out;
-    the other weights have no effect.
+    Of all paths from pose 0 to a pose it takes one with the fewest loop closures, and of these one
+    with the fewest edges: a complete odometry gives dead reckoning. Ties are broken by the lowest
+    edge index. Edges of weight 0 in ``weights`` ``(m,)`` are left out.
 
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
@@ -103,8 +97,7 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
 
     Source: Dijkstra 1959, shortest paths; the lengths are derived here.
 
-    >>> graph = PoseGraph(3, [[0, 1], [0, 2]], [[1, 0, 0], [1, 1, 0]], [np.eye(3)] * 2,
-    ...                   is_odometry=[True, False])
+    >>> graph = PoseGraph(3, [[0, 1], [0, 2]], [[1, 0, 0], [1, 1, 0]], np.eye(3))
     >>> spanning_tree(graph).tolist()
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
     """

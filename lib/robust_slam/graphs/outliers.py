@@ -1,16 +1,14 @@
 """Outliers: wrong loop closures added to a graph, with a mask of which they are.
 
-Every function returns the graph with the outliers and a mask ``(m,)`` of them over its
-edges; odometry is never changed. An outlier has the noise and the information of an inlier,
-and its error is large: before the noise it puts pose j at least ``apart`` (m) from its
-position in ``poses``. ``poses`` ``(n, 3)`` in SE(2) or ``(n, 3, 4)`` in SE(3) are by
-default dead reckoning, and beyond a gap in the odometry the poses of ``spanning_tree``; give the
-true poses where they are known.
+Every function returns the graph with the outliers and a mask ``(m,)`` of them over its edges;
+odometry is never changed, and no pair is drawn twice. An outlier has the noise and the information
+of an inlier, and its error is large: before the noise it puts pose j at least ``apart`` (m) from
+its position in ``poses``. ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` are by default those of
+``spanning_tree``; give the true poses where they are known.
 
-From easy to hard: single random outliers are rarely consistent with other edges. A group
-repeats one outlier along the path, and local outliers join poses that are a few steps apart.
-Aliased closures are consistent with each other and with the odometry; only edges outside
-the group contradict them.
+From easy to hard: single random outliers are rarely consistent with other edges. A group repeats
+one along the path, and local outliers join poses that are a few steps apart. Aliased closures are
+consistent with each other and with the odometry; only edges outside the group contradict them.
 
 Source: the policies random, local, random group and local group of Sünderhauf and Protzel
 2012; spoiled closures as in Antonante et al. 2022; the aliased group is derived here.
@@ -19,6 +17,7 @@ Source: the policies random, local, random group and local group of Sünderhauf 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,16 +29,12 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
 
 _ROUNDS = 50
 """The largest number of batches of pairs to draw."""
-
 _TIE = 1e-9
 """Distances that fall short by this share, as on a circle by rounding, are far enough."""
-
 _POOL = 10
 """Candidates per pair that the aliased group chooses the most similar segments from."""
-
 _Draw = Callable[[int], Indices]
 """Propose about the given number of pairs (i, j), i < j, as ``(k, 2)``."""
-
 _Relation = Callable[[Indices], Array]
 """Return the relative poses that the outliers of segments ``(k, size, 2)`` measure."""
 
@@ -54,10 +49,9 @@ def add_random_closures(
 ) -> tuple[PoseGraph, Mask]:
     """Return ``graph`` with ``count`` random outliers, and a mask ``(m,)`` of the outliers.
 
-    Each measures the identity, up to noise, between two poses that are at least ``apart``
-    (m) from each other in ``poses`` ``(n, 3)`` or ``(n, 3, 4)``. Its information is that of
-    a closure drawn from the graph (of an odometry edge if there are none). ``apart`` is by
-    default half of the longest side of the map. No pair is drawn twice.
+    Each measures the identity, up to noise, between two poses that are at least ``apart`` (m) from
+    each other in ``poses`` ``(n, 3)`` or ``(n, 3, 4)``, by default half of the longest side of the
+    map. Its information is that of a closure drawn from the graph, if it has any.
 
     Raises:
         ValueError: ``count`` is negative, or fewer pairs are that far apart.
@@ -65,8 +59,7 @@ def add_random_closures(
     Source: the random policy of Sünderhauf and Protzel 2012.
 
     >>> from robust_slam.graphs.generate import circle
-    >>> rng = np.random.default_rng(0)
-    >>> graph, is_outlier = add_random_closures(circle(20, rng)[0], 3, rng)
+    >>> graph, is_outlier = add_random_closures(circle(20, 0)[0], 3, 1)
     >>> len(graph.edges), np.flatnonzero(is_outlier).tolist()
     (23, [20, 21, 22])
     """
@@ -84,14 +77,11 @@ def add_local_closures(
 ) -> tuple[PoseGraph, Mask]:
     """Return ``graph`` with ``count`` outliers between poses 2 to ``reach`` steps apart.
 
-    The second value is the mask ``(m,)`` of the outliers. Each measures the identity, up to
-    noise, between two poses that are at least ``apart`` (m) from each other in ``poses``
-    ``(n, 3)`` or ``(n, 3, 4)``; ``apart`` is by default the median distance between
-    consecutive poses.
+    Mask ``(m,)``, ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` and ``apart`` (m) are as in
+    ``add_random_closures``, but by default ``apart`` is the median distance of consecutive poses.
 
     Raises:
-        ValueError: ``count`` is negative, ``reach`` is below 2, or fewer pairs are that far
-            apart.
+        ValueError: ``count`` is negative, ``reach`` is below 2, or fewer pairs are that far apart.
 
     Source: the local policy of Sünderhauf and Protzel 2012.
     """
@@ -110,17 +100,14 @@ def add_grouped_closures(
 ) -> tuple[PoseGraph, Mask]:
     """Return ``graph`` with ``groups`` groups of ``size`` outliers, and their mask ``(m,)``.
 
-    A group starts with a pair (i, j) and continues with (i + 1, j + 1), (i + 2, j + 2), ….
-    Each outlier measures the identity, up to noise, between two poses that are at least
-    ``apart`` (m) from each other in ``poses`` ``(n, 3)`` or ``(n, 3, 4)``. The first pair is
-    drawn as by ``add_random_closures`` or, if ``reach`` is given, as by
-    ``add_local_closures``, with the same default of ``apart``. A group is consistent in
-    itself only where both segments of the path have the same shape; see
-    ``add_aliased_closures``. No pair is drawn twice.
+    A group starts with a pair (i, j), as of ``add_random_closures`` or, if ``reach`` is given, of
+    ``add_local_closures``, whose ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` and ``apart`` (m) hold
+    here, too. It continues with (i + 1, j + 1), (i + 2, j + 2), …, and is consistent in itself
+    only where both segments of the path have the same shape.
 
     Raises:
-        ValueError: ``groups`` is negative, ``size`` is below 1, ``reach`` is below 2, or
-            fewer groups are that far apart.
+        ValueError: ``groups`` is negative, ``size`` is below 1, ``reach`` is below 2, or fewer
+            groups are that far apart.
 
     Source: the random group and local group policies of Sünderhauf and Protzel 2012.
     """
@@ -138,17 +125,15 @@ def add_aliased_closures(
 ) -> tuple[PoseGraph, Mask]:
     """Return ``graph`` with ``groups`` groups of ``size`` aliased closures, and their mask.
 
-    The mask is ``(m,)``. The robot mistakes the segment i, i + 1, … for j, j + 1, …: the
-    closures (i + k, j + k) all follow from one rigid displacement G of the world, which
-    moves pose j to pose i. Before the noise each measures z = x_i⁻¹ ∘ G ∘ x_j. The cycle of
-    two of them and the odometry between them therefore closes, up to noise, and pairwise
-    consistency accepts the group. G moves each pose j by at least ``apart`` (m) in ``poses``
-    ``(n, 3)`` or ``(n, 3, 4)``, by default half of the longest side of the map. The segments
-    with the most similar shapes are taken, and none overlaps itself. No pair is drawn twice.
+    The mask is ``(m,)``. The robot mistakes the segment i, i + 1, … for j, j + 1, …: the closures
+    (i + k, j + k) all follow from one rigid displacement G of the world, which moves pose j to
+    pose i. Before the noise each measures z = x_i⁻¹ ∘ G ∘ x_j, so the cycle of two of them and the
+    odometry between them closes, and pairwise consistency accepts the group. G moves each pose j
+    by at least ``apart`` (m) in ``poses`` ``(n, 3)`` or ``(n, 3, 4)``, by default half of the
+    longest side of the map. The segments of the most similar shapes are taken, none with itself.
 
     Raises:
-        ValueError: ``groups`` is negative, ``size`` is below 1, or fewer segments are that
-            far apart.
+        ValueError: ``groups`` is negative, ``size`` is below 1, or fewer segments are so far.
 
     Source: derived here; perceptual aliasing in general, Lajoie et al. 2019.
     """
@@ -177,11 +162,10 @@ def spoil_closures(
 ) -> tuple[PoseGraph, Mask]:
     """Return ``graph`` with a ``fraction`` of its closures replaced by outliers, and a mask.
 
-    The mask is ``(m,)``. The number of outliers is rounded, and they are drawn at random. A
-    replaced closure (i, j) measures another pose of the map instead of pose j, drawn from
-    those at least ``apart`` (m) from j in ``poses`` ``(n, 3)`` or ``(n, 3, 4)``, by default
-    half of the longest side of the map. Its ends and its information do not change, and its
-    noise is drawn again.
+    The mask is ``(m,)``, and the number is rounded. A replaced closure (i, j) measures another
+    pose of the map instead of pose j, drawn from those at least ``apart`` (m) from j in ``poses``
+    ``(n, 3)`` or ``(n, 3, 4)``, by default half of the longest side of the map. Its ends and its
+    information do not change, and its noise is drawn again.
 
     Raises:
         ValueError: ``fraction`` is not from 0 to 1, or no pose is that far from some j.
@@ -202,8 +186,7 @@ def spoil_closures(
     measurement = graph.measurement.copy()
     measurement[chosen] = _noisy(group, relative, graph.information[chosen], rng)
     is_outlier = np.isin(np.arange(len(graph.edges)), chosen)
-    spoiled = PoseGraph(graph.n, graph.edges, measurement, graph.information, graph.is_odometry)
-    return spoiled, is_outlier
+    return replace(graph, measurement=measurement), is_outlier
 
 
 def _without_motion(
@@ -263,8 +246,7 @@ def _nearby(n: int, reach: int, rng: np.random.Generator) -> _Draw:
 def _most_similar(draw: _Draw, relation: _Relation, size: int, group: Group, n: int) -> _Draw:
     """Sort pairs by the largest relative translation that their segments measure.
 
-    Segments that overlap themselves are left out: a straight street is always similar to
-    itself, shifted by some steps.
+    A straight street is always similar to itself, shifted by some steps, so none overlaps itself.
     """
 
     def sorted_draw(count: int) -> Indices:

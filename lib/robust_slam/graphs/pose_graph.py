@@ -11,7 +11,7 @@ Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,14 +20,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
-from robust_slam._arrays import Array, Indices, Mask, finite, mask, times
+from robust_slam._arrays import Array, Ids, Indices, Mask, finite, mask, times
 from robust_slam._words import counted
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
-from robust_slam.graphs.group import Group, group_of
+from robust_slam.graphs.group import Group, group_of, upward
 from robust_slam.graphs.rotations import check_rotations
 
+FEW = 8
+"""The smallest number of steps that tell what is usual."""
 ROWS = ("edges", "measurement", "information", "is_odometry")
 """The arrays that have a row for each edge."""
 
@@ -36,19 +39,20 @@ ROWS = ("edges", "measurement", "information", "is_odometry")
 class PoseGraph:
     """Relative poses between ``n`` poses, numbered from 0.
 
-    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j in the
-    frame of i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t];
-    ``information`` ``(m, D, D)`` its inverse covariance; ``is_odometry`` ``(m,)`` tells
-    odometry from loop closures. The arrays are copied and read-only.
+    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j in the frame of
+    i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t]; ``information``
+    ``(m, D, D)``, or ``(D, D)`` for all, its inverse covariance; ``is_odometry`` ``(m,)`` tells
+    odometry from loop closures, by default as ``steps_of``. The arrays are copied and read-only.
+    Graphs are equal if all numbers are.
 
     Raises:
-        ValueError: a shape is wrong, an entry is not finite, an index is out of range, a
-            matrix is not a rotation, an information matrix is not symmetric and positive
-            definite, or a pose is not connected to pose 0.
+        ValueError: a shape is wrong, an entry is not finite, an index is out of range, a matrix is
+            not a rotation, or not symmetric and positive definite, or a pose is not connected.
 
-    >>> import numpy as np
     >>> graph = PoseGraph(3, [[0, 1], [1, 2], [0, 2]], [[1, 0, 0], [1, 0, 0], [1.9, 0, 0]],
-    ...                   [np.eye(3)] * 3, is_odometry=[True, True, False])
+    ...                   np.eye(3))
+    >>> graph.is_odometry.tolist()
+    [True, True, False]
     >>> round(cost(graph, np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]])), 4)
     0.005
     """
@@ -57,7 +61,7 @@ class PoseGraph:
     edges: Indices
     measurement: Array
     information: Array
-    is_odometry: Mask
+    is_odometry: Mask = None  # type: ignore[assignment]  # found where it is not given
 
     def __post_init__(self) -> None:
         group = group_of(np.asarray(self.measurement))
@@ -66,6 +70,15 @@ class PoseGraph:
             object.__setattr__(self, name, value)
         _check_connected(self.n, self.edges)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, PoseGraph):
+            return NotImplemented
+        same = (np.array_equal(getattr(self, name), getattr(other, name)) for name in ROWS)
+        return self.n == other.n and all(same)
+
+    def __hash__(self) -> int:
+        return hash((self.n, self.edges.tobytes()))
+
     def __repr__(self) -> str:
         closures = int(np.sum(~self.is_odometry))
         kind = f"SE({self.group.DIMENSION})"
@@ -73,10 +86,9 @@ class PoseGraph:
         return f"<PoseGraph: {self.n:,} poses in {kind}, {edges}>"
 
     def summary(self) -> str:
-        """Return a small table: poses, edges, sessions and the typical precision.
+        """Return a table of poses, sessions, which odometry connects, and edges.
 
-        A session is a set of poses that odometry connects. The deviations are medians, in m
-        and in degrees, of one axis.
+        Their deviations are medians, in m and in degrees, of one axis.
         """
         sessions = int(connected_parts(self.n, self.edges[self.is_odometry]).max()) + 1
         odometry, closures = self.is_odometry, ~self.is_odometry
@@ -87,6 +99,8 @@ class PoseGraph:
             ("closures", _described(self, closures)),
         ]
         return "\n".join(f"{name:<10} {text}" for name, text in rows)
+
+    __str__ = summary
 
     @property
     def group(self) -> Group:
@@ -116,35 +130,77 @@ class PoseGraph:
         return self.group.translation(self.measurement)
 
 
-def checked_rows(n: int, group: Group, rows: Mapping[str, ArrayLike]) -> dict[str, NDArray[Any]]:
-    """Return the arrays of ``PoseGraph``, which have a row for each edge, checked and read-only.
+def checked_rows(n: int, group: Group, rows: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+    """Return the ``rows`` of ``PoseGraph`` by their names, checked and read-only.
 
-    ``rows`` holds them by their names. Whether the edges connect the ``n`` poses is not checked.
+    Whether the edges connect the ``n`` poses is not checked.
 
     Raises:
         ValueError: as ``PoseGraph``.
     """
-    edges = checked_edges(rows["edges"], n)
+    edges, is_odometry = checked_edges(rows["edges"], n), rows["is_odometry"]
     m = len(edges)
+    measurement = checked_poses("measurement", rows["measurement"], group, m)
     return {
         "edges": edges,
-        "measurement": checked_poses("measurement", rows["measurement"], group, m),
+        "measurement": measurement,
         "information": checked_information("information: edge", rows["information"], m, group.DOF),
-        "is_odometry": mask("is_odometry", rows["is_odometry"], m),
+        "is_odometry": mask(
+            "is_odometry", steps_of(edges, measurement) if is_odometry is None else is_odometry, m
+        ),
     }
 
 
-def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
-    """Return the graph of ``n`` poses whose ``rows`` by name ``checked_rows`` has seen.
+def steps_of(edges: Ids, measurement: Array, robots: Ids | None = None) -> Mask:
+    """Return which edges ``(m,)`` are odometry, if nothing but their order can tell.
 
-    Nothing is checked again, nor whether they connect all poses, and nothing is copied.
+    For each pair of poses whose numbers follow each other it is the first of the ``edges``
+    ``(m, 2)`` from the lower to the higher one, or if there is none, the first edge back. Where
+    few pairs have several, one whose ``measurement`` ``(m, …)`` is like no other step gives way to
+    one that is. ``robots`` ``(n,)`` tell whose each pose is: odometry joins those of one.
+
+    Source: derived here.
     """
+    i, j = edges.T
+    near = np.abs(j - i) == 1
+    near = np.flatnonzero(near if robots is None else near & (robots[i] == robots[j]))
+    pair = edges[near].min(axis=1)
+    order = near[np.lexsort((near, j[near] < i[near], pair))]
+    _, first, count = np.unique(np.sort(pair), return_index=True, return_counts=True)
+    chosen, several = order[first], np.flatnonzero(count > 1)
+    if several.size and np.sum(count == 1) >= FEW:
+        strange = _strangeness(upward(edges, measurement), order, chosen[count == 1])
+        for k in several:
+            how = strange[first[k] : first[k] + count[k]]
+            chosen[k] = order[first[k] + (0 if how[0] <= 1.0 else np.argmin(how))]
+    odometry = np.zeros(i.size, dtype=np.bool_)
+    odometry[chosen] = True
+    return odometry
+
+
+def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
+    """Return how far ``edges`` are from the three ``steps`` most alike, in ten usual gaps.
+
+    ``ahead`` ``(m, …)`` are the relative poses in one direction, and lengths count in steps.
+    """
+    group = group_of(ahead)
+    place = group.translation(ahead)
+    length = float(np.median(np.linalg.norm(place[steps], axis=1))) or 1.0
+    seen = np.concatenate([place / length, group.log(ahead)[:, group.DIMENSION :]], axis=1)
+    tree = KDTree(seen[steps])
+    # Of a step itself the nearest is the step.
+    usual = np.quantile(np.asarray(tree.query(seen[steps], k=4)[0])[:, -1], 0.9)
+    gaps = np.asarray(tree.query(seen[edges], k=3)[0])[:, -1]
+    return np.asarray(gaps / (10.0 * usual + np.finfo(float).tiny))
+
+
+def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
+    """Return the graph of ``rows`` that ``checked_rows`` has seen, with nothing copied."""
     graph = object.__new__(PoseGraph)
     object.__setattr__(graph, "n", n)
     for name in ROWS:
-        value = rows[name]
-        value.flags.writeable = False
-        object.__setattr__(graph, name, value)
+        rows[name].flags.writeable = False
+        object.__setattr__(graph, name, rows[name])
     return graph
 
 
@@ -187,7 +243,7 @@ def checked_edges(value: ArrayLike, n: int) -> Indices:
 
 
 def checked_information(told: str, value: ArrayLike, m: int, dof: int) -> Array:
-    """Return ``value`` as information matrices ``(m, dof, dof)``, read-only.
+    """Return ``value``, or one matrix for all, as information ``(m, dof, dof)``, read-only.
 
     ``told`` names an entry in errors, such as "information: edge".
 
@@ -195,7 +251,9 @@ def checked_information(told: str, value: ArrayLike, m: int, dof: int) -> Array:
         ValueError: the shape differs, an entry is not finite, or a matrix is not symmetric,
             not positive definite or out of range.
     """
-    information = finite(told.partition(":")[0], value, (m, dof, dof))
+    one_for_all = np.shape(value) == (dof, dof)
+    each = np.broadcast_to(np.asarray(value), (m, dof, dof)) if one_for_all else value
+    information = finite(told.partition(":")[0], each, (m, dof, dof))
     skew = np.abs(information - np.swapaxes(information, 1, 2)).max(axis=(1, 2), initial=0.0)
     size = np.abs(information).max(axis=(1, 2), initial=0.0)
     asymmetric = skew > 1e-9 * size
@@ -217,10 +275,9 @@ def checked_information(told: str, value: ArrayLike, m: int, dof: int) -> Array:
 
 
 def out_of_range(spectrum: NDArray[np.floating], limit: float = 1e60) -> Mask:
-    """Return which matrices have an eigenvalue beyond ±``limit``, or in (0, 1 / limit).
+    """Return which spectra ``(k, D)``, ascending, go beyond ±``limit``, or into (0, 1 / limit).
 
-    ``spectrum`` ``(k, D)`` holds the eigenvalues of each, ascending. Beyond 1e60 their
-    determinants do not fit double precision.
+    Beyond 1e60 the determinants of matrices do not fit double precision.
     """
     smallest, largest = spectrum[:, 0], spectrum[:, -1]
     size = np.maximum(largest, -smallest)
@@ -247,9 +304,9 @@ def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
 
 
 def connected_parts(n: int, edges: Indices) -> Indices:
-    """Return for each of ``n`` poses the number ``(n,)`` of the part that ``edges`` connect.
+    """Return for each of ``n`` poses the number ``(n,)`` of its part; ``edges`` are ``(m, 2)``.
 
-    Parts are numbered from 0 in the order of their smallest poses; ``edges`` are ``(m, 2)``.
+    Parts are numbered from 0 in the order of their smallest poses.
     """
     i, j = edges.T
     # Most graphs join each pose to the next one, and this is quickly seen.
@@ -268,6 +325,31 @@ def deviations(graph: PoseGraph) -> tuple[Array, Array]:
     d = graph.group.DIMENSION
     variances = np.diagonal(np.linalg.inv(graph.information), axis1=1, axis2=2)
     return np.sqrt(variances[:, :d].mean(axis=1)), np.sqrt(variances[:, d:].mean(axis=1))
+
+
+def precisions(graph: PoseGraph) -> tuple[Array, Array]:
+    """Return κ ``(m,)``, without a unit, and τ ``(m,)`` in 1/m², the precisions of each edge.
+
+    In SE(2) κ = Ω_θθ and τ = 2 / tr(Ω_tt⁻¹), in SE(3) κ = 3 / (2 tr(Ω_RR⁻¹)) and
+    τ = 3 / tr(Ω_tt⁻¹), where Ω_tt and Ω_RR are blocks of the information, as in SE-Sync. As
+    ‖R − I‖²_F ≈ 2 θ², a small angle costs κ · 2 θ²: in SE(3) as much as in the logarithm cost
+    without its ½, in SE(2) twice as much.
+
+    Source: Rosen et al. 2019, the appendix on the measurements' concentration parameters.
+    """
+    d = graph.group.DIMENSION
+    turned, tau = graph.information[:, d:, d:], d / _inverse_traces(graph.information[:, :d, :d])
+    return turned[:, 0, 0].copy() if d == 2 else 1.5 / _inverse_traces(turned), tau
+
+
+def _inverse_traces(blocks: Array) -> Array:
+    """Return tr(B⁻¹) ``(m,)``: the sum of principal minors of order d − 1 over det B."""
+    minors = np.trace(blocks, axis1=1, axis2=2)
+    if blocks.shape[-1] == 3:
+        # ½ (tr(B)² − tr(B²)), written without cancellation of large terms.
+        pairs = [blocks[:, [i, i, j, j], [i, j, i, j]] for i, j in ((0, 1), (0, 2), (1, 2))]
+        minors = sum(p[:, 0] * p[:, 3] - p[:, 1] * p[:, 2] for p in pairs)
+    return np.asarray(minors / np.linalg.det(blocks))
 
 
 def _described(graph: PoseGraph, chosen: Mask) -> str:
@@ -374,10 +456,9 @@ def cost(graph: PoseGraph, poses: Array, weights: Array | None = None) -> float:
 def linearise(graph: PoseGraph, relative: Array, r: Array) -> Array:
     """Return the Jacobians of the residuals as two factors, ``(2, m, D, D)``.
 
-    ``relative`` are the ``relative_poses`` and ``r`` ``(m, D)`` their residuals. Poses are
-    perturbed on the right, x ∘ Exp(δ). The first factor is J_j = Jr⁻¹(r), the Jacobian by
-    pose j. The second is −Ad(x_j⁻¹ ∘ x_i), and the Jacobian by pose i is the product
-    J_i = −J_j Ad(x_j⁻¹ ∘ x_i).
+    ``relative`` are the ``relative_poses`` and ``r`` ``(m, D)`` their residuals, perturbed on the
+    right, x ∘ Exp(δ). The first factor is J_j = Jr⁻¹(r), the Jacobian by pose j. With the
+    second, −Ad(x_j⁻¹ ∘ x_i), that by pose i is J_i = −J_j Ad(x_j⁻¹ ∘ x_i).
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
@@ -399,8 +480,11 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
     """Return ``graph`` with only the edges that the mask ``used`` ``(m,)`` marks.
 
     Raises:
-        ValueError: ``used`` is not a boolean mask over the edges (indices are refused), or
-            the marked edges do not connect every pose to pose 0.
+        ValueError: ``used`` is not a boolean mask, or the marked edges do not connect all poses.
+
+    >>> graph = PoseGraph(2, [[0, 1], [1, 0]], [[1, 0, 0], [5, 0, 0]], np.eye(3))
+    >>> select(graph, graph.is_odometry)
+    <PoseGraph: 2 poses in SE(2), 1 edge, 0 of them closures>
     """
     chosen = mask("used", used, len(graph.edges))
     _check_connected(graph.n, graph.edges[chosen])
@@ -422,15 +506,43 @@ def with_closures(
 
     Raises:
         ValueError: as ``PoseGraph``.
+
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, np.eye(3))
+    >>> with_closures(graph, [[0, 2]], [[1.9, 0, 0]], 4 * np.eye(3))
+    <PoseGraph: 3 poses in SE(2), 3 edges, 1 of them closures>
     """
-    added = np.asarray(edges)
-    shape = (len(added), *graph.information.shape[1:])
-    return PoseGraph(
-        n=graph.n,
-        edges=np.concatenate([graph.edges, added]),
-        measurement=np.concatenate([graph.measurement, np.asarray(measurement)]),
-        information=np.concatenate(
-            [graph.information, np.broadcast_to(np.asarray(information), shape)]
-        ),
-        is_odometry=np.concatenate([graph.is_odometry, np.zeros(len(added), dtype=np.bool_)]),
-    )
+    ends, poses, dof = np.asarray(edges), np.asarray(measurement), graph.group.DOF
+    each = np.broadcast_to(np.asarray(information), (len(ends), dof, dof))
+    later = {
+        "edges": ends.reshape(-1, 2),
+        "measurement": poses.reshape(-1, *graph.group.POSE_SHAPE),
+        "information": each,
+        "is_odometry": np.zeros(len(ends), dtype=np.bool_),
+    }
+    rows = {name: np.concatenate([getattr(graph, name), later[name]]) for name in ROWS}
+    return PoseGraph(graph.n, **rows)
+
+
+def concatenate(
+    graphs: Sequence[PoseGraph], edges: ArrayLike, measurement: ArrayLike, information: ArrayLike
+) -> PoseGraph:
+    """Return one graph of several, such as drives or robots, that further closures join.
+
+    The poses of each graph follow those of the one before: pose k of ``graphs[1]`` becomes
+    ``graphs[0].n + k``. The closures are as in ``with_closures``, between poses as they are then.
+
+    Raises:
+        ValueError: as ``PoseGraph``, for instance where no closure joins a graph to the others;
+            there are no graphs, or some are in the plane and others in space.
+
+    >>> drive = PoseGraph(2, [[0, 1]], [[1, 0, 0]], np.eye(3))
+    >>> both = concatenate([drive, drive], [[1, 2]], [[0, 1, 0]], np.eye(3))
+    >>> both.edges.tolist(), both.is_odometry.tolist()
+    ([[0, 1], [2, 3], [1, 2]], [True, True, False])
+    """
+    if len({check_graph(graph).group.DIMENSION for graph in graphs}) != 1:
+        raise ValueError("graphs: give at least one, and all in the plane or all in space")
+    first = np.cumsum([0, *(graph.n for graph in graphs)])
+    rows = {name: np.concatenate([getattr(graph, name) for graph in graphs]) for name in ROWS}
+    rows["edges"] += np.repeat(first[:-1], [len(graph.edges) for graph in graphs])[:, None]
+    return with_closures(from_checked(int(first[-1]), rows), edges, measurement, information)

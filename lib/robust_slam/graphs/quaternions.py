@@ -1,9 +1,8 @@
 """Quaternions (x, y, z, w) in files, and the rotation matrices that they stand for.
 
-A quaternion of any length but 0 represents a rotation. It is rounded to a grid of 2⁻⁵⁰ that
-can be recovered from the rotation matrix, so a graph that was read and written is read again
-with the same numbers. Other rotation matrices, for instance products, are recovered within
-3e-15 the first time and exactly from then on.
+A quaternion of any length but 0 represents a rotation. It is rounded to a grid of 2⁻⁵⁰ that can be
+recovered from the rotation matrix, so a graph that was read and written is read again with the
+same numbers. Other rotation matrices are recovered within 3e-15 once, and exactly from then on.
 
 Source: derived here.
 """
@@ -44,9 +43,8 @@ def matrices(quaternion: Array) -> Array:
 def on_grid(quaternion: Array) -> Array:
     """Return unit quaternions ``(k, 4)`` that can be recovered from their matrices.
 
-    The three smaller components are multiples of ``_STEP`` and determine the largest. The
-    rounding error of a matrix changes a component by less than half a step. The largest
-    component is chosen from coarsely rounded values, so that rounding does not break ties.
+    The three smaller components are multiples of ``_STEP``, and rounding a matrix changes them by
+    less than half of it. They determine the largest, chosen from coarsely rounded values.
     """
     # Scaling by a power of two is exact; the squares of 1e200 and 1e-200 are out of range.
     _, exponent = np.frexp(np.abs(quaternion).max(axis=1, keepdims=True))
@@ -57,3 +55,9 @@ def on_grid(quaternion: Array) -> Array:
     smaller = np.where(np.arange(4) == top, 0.0, _STEP * np.round(unit / _STEP))
     largest = np.sqrt(1.0 - np.sum(smaller**2, axis=1, keepdims=True))
     return np.where(np.arange(4) == top, largest, smaller)
+
+
+def of(poses: Array) -> Array:
+    """Return the quaternions ``(k, 4)`` of poses ``(k, 3, 4)``, on the grid."""
+    # A copy, since SciPy 1.14 takes no array that is only to be read.
+    return on_grid(np.asarray(Rotation.from_matrix(se3.rotation(poses).copy()).as_quat()))

@@ -10,11 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
+from robust_slam._arrays import Array
 from robust_slam.graphs import trajectories
 from robust_slam.graphs.formats import PYFG, TORO, read_id
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of, with_points
+from robust_slam.graphs.lines import Fault, Unknown, decoded, lines_of, real, with_points
 from robust_slam.graphs.matrices import Indefinite, Repair
 from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
 
@@ -32,6 +33,14 @@ _MAGIC = {
     b"PK\x03\x04": ("a zip file", "unpack it first"),
     b"BZh": ("packed with bzip2", "unpack it first"),
     b"\xfd7zXZ\0": ("packed with xz", "unpack it first"),
+    b"\xdb\x01\xf5\x5b\x7b\x1f\x1d\x7b": (
+        "a .pbstream of Cartographer",
+        "write its nodes and constraints as lines of g2o",
+    ),
+    b"{": ("JSON, such as nerfstudio's transforms.json", "write its poses as lines of TUM"),
+    b"\x93NUMPY": ("an array of NumPy", "make a graph of it by rs.PoseGraph"),
+    b"\x89HDF": ("an HDF5 file", "make a graph of its arrays by rs.PoseGraph"),
+    b"ply": ("a cloud of points", "it has no poses"),
 }
 """The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
 
@@ -54,31 +63,25 @@ def read(
 ) -> GraphFile:
     """Return the graph of a file, its initial poses and its ids.
 
-    The format is told by the content: g2o, TORO (``VERTEX2``, ``EDGE2``, ``VERTEX3``, ``EDGE3``),
-    PyFactorGraph, or a trajectory of TUM, KITTI or EuRoC. The modules ``g2o``, ``formats`` and
-    ``trajectories`` of ``robust_slam.graphs`` say how each is understood.
+    The format is told by the content: g2o, TORO, PyFactorGraph, or a trajectory of TUM, KITTI or
+    EuRoC. The modules ``g2o``, ``formats`` and ``trajectories`` say how each is understood.
 
-    Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
-    line names, else that of the smallest id; the others follow by ascending id. Edges keep
-    the order of the file.
+    Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX line
+    names, else that of the smallest id; the others follow by ascending id. Edges keep their order.
 
-    These formats do not say which edges are odometry. Here it is, for each pair of ids that
-    are neighbours in ascending order, the first edge from the lower to the higher one, or
-    if there is none, the first edge back. Where few pairs have several, one that is like no
-    other step gives way to one that is. To change this, use
-    ``dataclasses.replace(graph, is_odometry=…)``.
+    These formats do not say which edges are odometry: ``steps_of`` tells, by the ids in ascending
+    order. To change this, use ``dataclasses.replace(graph, is_odometry=…)``.
 
-    A trajectory is odometry, a step between consecutive poses. Its standard deviations
-    ``odometry`` (m, rad), of each coordinate of a step, have to be given. ``closures`` is a
-    file of loop closures for it, lines ``EDGE_SE3:QUAT i j …`` or ``EDGE_SE2 i j …`` of g2o, or
-    TORO's, each with its information; i and j count the poses of the trajectory from 0.
+    A trajectory is odometry, a step between consecutive poses, with the standard deviations
+    ``odometry`` (m, rad) of each coordinate of a step. ``closures`` is a file of loop closures for
+    it, lines ``EDGE_SE3:QUAT i j …`` or ``EDGE_SE2 i j …`` of g2o, or TORO's, each with its
+    information; i and j count the poses of the trajectory from 0.
 
-    ``indefinite`` says what happens to information matrices that are not positive definite: they
-    are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
-    "isotropic" one. Lines with an ``unknown`` tag, such as landmarks and priors, are refused,
-    because a map without them is another map, or left out ("skip"), and FIX lines of their
-    vertices with them; ``read_factors`` uses those of g2o. What was replaced, left out or
-    assumed is in the ``remarks`` and the ``summary`` of the result.
+    Information matrices that are not positive definite are refused if ``indefinite`` is "raise",
+    or replaced by the "nearest" one or by an "isotropic" one. Lines with an ``unknown`` tag, such
+    as landmarks, are refused, because a map without them is another map, or left out ("skip"), and
+    FIX lines of their vertices with them; ``read_factors`` uses those of g2o. What was replaced,
+    left out or assumed is in the ``remarks`` and the ``summary`` of the result.
 
     Raises:
         GraphFileError: the file is a robot's log or packed; a line is malformed, a tag unknown,
@@ -100,7 +103,7 @@ def read(
     _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
     _check_word("unknown", unknown, get_args(Unknown))
     with _named(path):
-        text, commas = with_points(_text(path))
+        text, commas = text_of(path)
         form = _format(text)
         if form is not None:
             found = graph_of(text, form, indefinite, unknown)
@@ -112,27 +115,52 @@ def read(
     edges = None
     if closures is not None:
         with _named(closures):
-            edges = _closures(with_points(_text(closures))[0], indefinite, unknown)
+            edges = _closures(text_of(closures)[0], indefinite, unknown)
             trajectories.check_ends(edges, len(drive.poses))
     drive = replace(drive, notes=(*commas, *drive.notes))
     return trajectories.graph_of(drive, odometry, edges)
 
 
-def _text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a file, unless its first bytes are those of another kind of file."""
+def read_poses(path: str | os.PathLike[str]) -> tuple[Array, Array | None]:
+    """Return the poses ``(n, 3, 4)`` of a trajectory and their times ``(n,)`` (s), if it has any.
+
+    Raises:
+        GraphFileError: the file is no trajectory, or as ``read``.
+        OSError: the file cannot be read.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "drive.tum"
+    >>> _ = path.write_text("0 0 0 0 0 0 0 1\\n1 2 0 0 0 0 0 1\\n")
+    >>> read_poses(path)[0][1, :, 3].tolist()
+    [2.0, 0.0, 0.0]
+    """
+    with _named(path):
+        text, _ = text_of(path)
+        if _format(text) is not None:
+            raise Fault(0, "it is a graph; rs.read(path).poses are those of its vertices")
+        drive = trajectories.drive_of(text)
+    return drive.poses, drive.times
+
+
+def text_of(path: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
+    """Return the text of a file, with decimal points, and a sentence if it had decimal commas.
+
+    Raises:
+        Fault: it is of another kind, by its first bytes, or not UTF-8.
+    """
     if Path(path).is_dir():
         raise Fault(0, f"a folder is no file; if it is a ROS 2 bag, {_ROS_2}")
     content = Path(path).read_bytes()
     for magic, (kind, remedy) in _MAGIC.items():
         if content.startswith(magic):
             raise Fault(0, f"this is {kind}; {remedy}")
-    return decoded(content)
+    return with_points(decoded(content))
 
 
 def _format(text: str) -> Format | None:
     """Return the format of a text; None is a trajectory, whose lines have no tags."""
     for k, (_, fields) in enumerate(lines_of(text)):
-        if k < _AHEAD and is_real(re.split("[,;]", fields[0])[0]):
+        if k < _AHEAD and real(re.split("[,;]", fields[0])[0]) is not None:
             return None
         # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
         if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):

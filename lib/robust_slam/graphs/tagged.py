@@ -16,11 +16,10 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from robust_slam._arrays import Array, Ids, Indices, Mask
+from robust_slam._arrays import Array, Ids, Indices
 from robust_slam._words import so_do
-from robust_slam.graphs.doubts import FEW, Content, doubts
+from robust_slam.graphs.doubts import Content, doubts
 from robust_slam.graphs.graph_file import GraphFile, Names
 from robust_slam.graphs.group import group_of, upward
 from robust_slam.graphs.lines import (
@@ -35,7 +34,7 @@ from robust_slam.graphs.lines import (
     whole,
 )
 from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
-from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, steps_of
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
@@ -149,7 +148,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
         edges=number[ranks],
         measurement=found.measurement,
         information=found.information,
-        is_odometry=_steps(ranks, form.robots(ascending), found.measurement),
+        is_odometry=steps_of(ranks, found.measurement, form.robots(ascending)),
     )
     ids = ascending[order]
     ids.flags.writeable = False
@@ -168,11 +167,7 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
 
 
 def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
-    """Return the edges of a text that need not be a whole graph.
-
-    Raises:
-        Fault: a line is wrong, or there is no edge.
-    """
+    """Return the edges of a text that need not be a whole graph, or raise a Fault."""
     rows, skipped = _rows(text, form, unknown)
     layout = _layout(rows, form)
     edges = rows[layout.edge]
@@ -193,11 +188,7 @@ def _edges(
 
 
 def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[str, ...]:
-    """Return a sentence about lines that say what an earlier line says, if there are any.
-
-    A copy may lead from j to i, with the inverse pose, and may have been printed with fewer
-    digits.
-    """
+    """Return a sentence about copies of lines, also of the inverse, or with fewer digits."""
     group, ahead = group_of(measurement), upward(rows.ids, measurement)
     pairs = np.sort(rows.ids, axis=1)
     place = group.translation(ahead)
@@ -222,7 +213,7 @@ def _repeated(rows: Rows, measurement: Array, pose: int, form: Format) -> tuple[
 def _printed(numbers: Array) -> Array:
     """Return the last place ``(k,)`` to which numbers ``(k, p)`` are printed, or nearly 0.
 
-    To so few places as two different measurements may agree.
+    To so few places two different measurements may agree.
     """
     unit = np.full(len(numbers), 1e-12)
     for place in 10.0 ** np.arange(-11, -1):
@@ -331,40 +322,6 @@ def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
             f"no path of edges joins vertex {form.names(ascending[:1])[0]} to {named}{rest}; "
             "add an edge or drop these vertices",
         )
-
-
-def _steps(ranks: Indices, robots: Ids, measurement: Array) -> Mask:
-    """Return the mask ``(m,)`` of odometry; the rule is in ``read``."""
-    i, j = ranks.T
-    near = np.flatnonzero((np.abs(j - i) == 1) & (robots[i] == robots[j]))
-    pair = ranks[near].min(axis=1)
-    order = near[np.lexsort((near, j[near] < i[near], pair))]
-    _, first, count = np.unique(np.sort(pair), return_index=True, return_counts=True)
-    chosen, several = order[first], np.flatnonzero(count > 1)
-    if several.size and np.sum(count == 1) >= FEW:
-        strange = _strangeness(upward(ranks, measurement), order, chosen[count == 1])
-        for k in several:
-            how = strange[first[k] : first[k] + count[k]]
-            chosen[k] = order[first[k] + (0 if how[0] <= 1.0 else np.argmin(how))]
-    odometry = np.zeros(i.size, dtype=np.bool_)
-    odometry[chosen] = True
-    return odometry
-
-
-def _strangeness(ahead: Array, edges: Indices, steps: Indices) -> Array:
-    """Return how far ``edges`` are from the three ``steps`` most alike, in ten usual gaps.
-
-    ``ahead`` ``(m, …)`` are the relative poses in one direction, and lengths count in steps.
-    """
-    group = group_of(ahead)
-    place = group.translation(ahead)
-    length = float(np.median(np.linalg.norm(place[steps], axis=1))) or 1.0
-    seen = np.concatenate([place / length, group.log(ahead)[:, group.DIMENSION :]], axis=1)
-    tree = KDTree(seen[steps])
-    # Of a step itself the nearest is the step.
-    usual = np.quantile(np.asarray(tree.query(seen[steps], k=4)[0])[:, -1], 0.9)
-    gaps = np.asarray(tree.query(seen[edges], k=3)[0])[:, -1]
-    return np.asarray(gaps / (10.0 * usual + np.finfo(float).tiny))
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

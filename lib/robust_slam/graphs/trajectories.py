@@ -20,7 +20,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,16 +32,7 @@ from robust_slam.graphs import quaternions, se2, se3
 from robust_slam.graphs.doubts import Content, doubts, rolled
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.group import group_of
-from robust_slam.graphs.lines import (
-    Fault,
-    Line,
-    Rows,
-    Tag,
-    check_near,
-    is_real,
-    rows_of,
-    whole,
-)
+from robust_slam.graphs.lines import Fault, Line, Rows, Tag, check_near, real, rows_of, whole
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.graphs.rotations import nearest_rotations
 from robust_slam.graphs.tagged import Edges
@@ -79,7 +70,13 @@ def drive_of(text: str) -> Drive:
             of a line is no rotation; or there are fewer than two poses.
     """
     lines, names = _table(text)
-    count = len(lines[0][1])
+    (first, fields), count = lines[0], len(lines[0][1])
+    if real(fields[-1]) is None and count > 8:
+        raise Fault(
+            first,
+            f"{fields[-1]!r} is no number; images of COLMAP tell where the world is from the "
+            "camera, so invert them, order them by time, and write TUM's lines",
+        )
     for line, fields in lines:
         if len(fields) != count:
             raise Fault(line, f"the line has {len(fields)} numbers, the first one {count}")
@@ -106,7 +103,7 @@ def _table(text: str) -> tuple[list[Line], str]:
     for number, content in enumerate(text.split("\n"), start=1):
         data, _, comment = content.partition("#")
         fields = _fields(data)
-        if fields and (lines or is_real(fields[0])):
+        if fields and (lines or real(fields[0]) is not None):
             lines.append((number, fields))
         elif not lines:
             names = data.strip() or comment.strip() or names
@@ -129,6 +126,8 @@ def _named(names: str, count: int) -> tuple[int, ...] | None:
     turns = _together(words, "wxyz")
     if len(words) != count or not turns:
         return None
+    if not set(turns[0]) & set(turns[-1]):
+        raise Fault(0, "the names above tell of two poses in a line; leave the columns of one")
     places = [each for each in _together(words, "xyz") if not set(each) & set(turns[-1])]
     times = [k for k, word in enumerate(words) if word == "t" or re.search("time|stamp", word)]
     if not places or not times:
@@ -156,11 +155,14 @@ def _usual(first: Line, commas: bool) -> tuple[int, ...]:
         return _EUROC
     if count in (8, 12):
         return _TUM if count == 8 else _KITTI
-    decimal = "; decimal commas need semicolons between the numbers" if commas else ""
+    decimal = (
+        "; decimal commas need semicolons between the numbers" if commas and count > 12 else ""
+    )
     raise Fault(
         line,
         f"{count} numbers are no pose of a trajectory; give 8, as TUM does (time x y z qx qy qz "
-        "qw), or 12, as KITTI does ([R | t] row by row), or name the columns in a line above"
+        "qw), or 12, as KITTI does ([R | t] row by row, without a last row 0 0 0 1), or name the "
+        "columns in a line above; roll, pitch and yaw have to become a quaternion"
         f"{decimal}",
     )
 
@@ -192,11 +194,7 @@ def _kitti(rows: Rows) -> Array:
 
 
 def check_ends(closures: Edges, n: int) -> None:
-    """Refuse closures that refer to a pose that a trajectory of ``n`` poses does not have.
-
-    Raises:
-        Fault: there is one.
-    """
+    """Raise a Fault for closures that refer to a pose that a trajectory of ``n`` has not."""
     lost = np.any(closures.rows.ids >= n, axis=1)
     if np.any(lost):
         name = closures.rows.ids[np.argmax(lost)].max()
@@ -218,26 +216,36 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     poses = drive.poses
     if closures is not None and closures.measurement.ndim == 2:
         poses = _in_plane(poses)
-    group = group_of(poses)
-    first = np.arange(len(poses) - 1)
+    group, first = group_of(poses), np.arange(len(poses) - 1)
     sigma = np.repeat([position, angle], [group.DIMENSION, group.DOF - group.DIMENSION])
-    graph = PoseGraph(
-        n=len(poses),
-        edges=np.stack([first, first + 1], axis=1),
-        measurement=group.between(poses[:-1], poses[1:]),
-        information=np.broadcast_to(np.diag(sigma**-2.0), (first.size, group.DOF, group.DOF)),
-        is_odometry=np.ones(first.size, dtype=np.bool_),
-    )
+    steps, ends = group.between(poses[:-1], poses[1:]), np.stack([first, first + 1], axis=1)
+    graph = PoseGraph(len(poses), ends, steps, np.diag(sigma**-2.0))
     notes, repaired, skipped = drive.notes, np.empty(0, dtype=np.intp), {}
     if closures is not None:
         graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
         repaired, skipped = closures.repaired + len(first), closures.skipped
         notes = (*notes, *closures.notes, *_steps_again(closures))
-    ids = np.arange(graph.n, dtype=np.int64)
-    content = Content(graph, ids, poses=poses, w_first=drive.w_first)
-    return GraphFile(
-        graph, poses, ids, ids, repaired, skipped, notes, drive.times, doubts(content)
-    )
+    ids, w_first = np.arange(graph.n, dtype=np.int64), drive.w_first
+    said = doubts(Content(graph, ids, poses=poses, w_first=w_first))
+    return GraphFile(graph, poses, ids, ids, repaired, skipped, notes, drive.times, said, w_first)
+
+
+def other_orders(file: GraphFile) -> dict[str, PoseGraph]:
+    """Return graphs of a trajectory with w at the other end of its quaternions, by their words."""
+    graph, poses = file.graph, file.poses
+    if file.times is None or poses is None or poses.ndim == 2:
+        return {}
+    by, words = (1, "end") if file.w_first else (-1, "begin")
+    i, j = graph.edges.T
+    turned, steps = rolled(poses, by), graph.is_odometry[:, None, None]
+    ahead = graph.group.between(turned[i], turned[j])
+    closures = {"": graph.measurement, " and the closures": rolled(graph.measurement, -1)}
+    return {
+        f"with quaternions of the trajectory{more} that {words} with w": replace(
+            graph, measurement=np.where(steps, ahead, z)
+        )
+        for more, z in closures.items()
+    }
 
 
 def _steps_again(closures: Edges) -> tuple[str, ...]:
@@ -274,10 +282,9 @@ def _out_of_plane(poses: Array) -> Mask:
 def write_tum(
     path: str | os.PathLike[str], poses: ArrayLike, times: ArrayLike | None = None
 ) -> None:
-    """Write poses in TUM's format, as the tool evo reads it.
+    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in TUM's format, as the tool evo reads it.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; their ``times`` ``(n,)`` (s) are by default 0, 1,
-    2, …. The file is written at once or not at all.
+    Their ``times`` ``(n,)`` (s) are by default 0, 1, 2, …. It is written at once or not at all.
 
     Raises:
         TypeError: ``poses`` are not numbers, for instance a graph.
@@ -290,19 +297,12 @@ def write_tum(
     given = np.arange(len(matrices)) if times is None else times
     stamps = finite("times", given, (len(matrices),))
     # A copy, since SciPy 1.14 takes no array that is only to be read.
-    turns = Rotation.from_matrix(matrices[:, :, :3].copy())
-    quaternions = np.asarray(turns.as_quat(canonical=True))
-    write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], quaternions])))
+    turns = np.asarray(Rotation.from_matrix(matrices[:, :, :3].copy()).as_quat(canonical=True))
+    write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], turns])))
 
 
 def write_kitti(path: str | os.PathLike[str], poses: ArrayLike) -> None:
-    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in KITTI's format, [R | t] row by row.
-
-    The file is written at once or not at all.
-
-    Raises:
-        ValueError: the shape does not fit, or an entry is not finite.
-        OSError: the file cannot be written.
+    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in KITTI's format; errors are as of ``write_tum``.
 
     Source: Geiger et al. 2012.
     """

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.graphs.group import Group
+from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.pose_graph import (
     ROWS,
     PoseGraph,
@@ -57,13 +57,17 @@ class GrowingEdges:
 
     def __init__(self, graph: PoseGraph) -> None:
         self.n = graph.n
-        self.group = graph.group
         self._next = len(graph.edges)
         rows = {name: getattr(graph, name) for name in ROWS}
         rows |= {"number": np.arange(self._next), "precise": graph.information}
         self._arrays = {name: Growing(array) for name, array in rows.items()}
         self._graph: PoseGraph | None = graph
         self._factors: Array = np.ones(4)
+
+    @property
+    def group(self) -> Group:
+        """The module ``se2`` or ``se3`` of the poses."""
+        return group_of(self._arrays["measurement"].rows)
 
     @property
     def number(self) -> Indices:
@@ -144,18 +148,15 @@ class GrowingEdges:
         Raises:
             ValueError: as ``PoseGraph``.
         """
-        ends = np.asarray(edges)
-        k, dof = len(ends) if ends.ndim else 0, self.group.DOF
-        n = self.n
+        ends, n = np.asarray(edges), self.n
+        k = len(ends) if ends.ndim else 0
         if ends.ndim == 2 and ends.size and np.issubdtype(ends.dtype, np.integer):
             # Each further pose needs an edge of its own; others are refused by their names.
             n = min(max(n, int(ends.max()) + 1), n + k)
-        given = np.asarray(information)
-        spread = np.broadcast_to(given, (k, dof, dof)) if given.shape == (dof, dof) else given
         rows = {
             "edges": edges,
             "measurement": measurement,
-            "information": spread,
+            "information": information,
             "is_odometry": np.zeros(k, dtype=np.bool_) if is_odometry is None else is_odometry,
         }
         checked = checked_rows(n, self.group, rows)

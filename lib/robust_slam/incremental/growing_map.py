@@ -12,10 +12,11 @@ are derived here.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 from itertools import islice
 from math import inf
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,6 +38,9 @@ from robust_slam.solver.noise import rescaled
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
+VERSION = 1
+"""That of a pickled map; it grows with each change of what a map holds."""
+
 _SEARCH = 3.0
 """It descends from odometry when there are so many times the closures of the last time …"""
 _REVIEW = 1.25
@@ -57,7 +61,8 @@ class GrowingMap:
     It begins with the map of ``graph``, whose odometry joins all poses; one edge is enough.
     ``probability`` and ``find_noise`` are those of ``solve``. Odometry is trusted. Where further
     closures contradict one that was kept, it is withdrawn, and one that was rejected returns
-    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far.
+    where they confirm it. ``answer`` is the one of ``solve`` for the edges so far. A map can be
+    copied and, for a robot that stops, pickled: it goes on where it was.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
@@ -117,6 +122,23 @@ class GrowingMap:
         kept = f"{int(self.kept.sum()):,} of {counted(self.kept.size, 'edge')} kept"
         return f"<GrowingMap: {counted(len(self.poses), 'pose')}, {kept}>"
 
+    def __getstate__(self) -> dict[str, object]:
+        if self._work is not None:  # of a descent under way nothing can be kept
+            finished(self._work)
+        return {**vars(self), "_window": None, "version": VERSION}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        written = state.pop("version", None)
+        if written != VERSION:
+            raise ValueError(
+                f"this GrowingMap was written in version {written} of its file, and the library "
+                f"reads {VERSION}; add its edges to a new GrowingMap"
+            )
+        vars(self).update(state)
+
+    def __copy__(self) -> GrowingMap:
+        return deepcopy(self)
+
     def add(
         self,
         edges: ArrayLike,
@@ -163,10 +185,10 @@ class GrowingMap:
         if kept:
             self._search()
 
-    def answer(self) -> Answer:
-        """Return the answer of ``solve`` for ``graph``: its map, certificate and support."""
+    def answer(self, **options: Any) -> Answer:  # noqa: ANN401
+        """Return the answer of ``solve`` for ``graph``, with its ``options``, such as progress."""
         probability, find_noise = self._options
-        return solve(self.graph, probability, find_noise=find_noise)
+        return solve(self.graph, probability, find_noise=find_noise, **options)
 
     @property
     def _closures(self) -> int:

@@ -15,8 +15,9 @@ from dataclasses import replace
 from typing import Never
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam._deadline import Deadline
 from robust_slam.certificates.optimality import (
     MAX_SECONDS,
@@ -32,7 +33,13 @@ from robust_slam.descent import start
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select, unreached
+from robust_slam.graphs.pose_graph import (
+    PoseGraph,
+    check_graph,
+    check_poses,
+    select,
+    unreached,
+)
 from robust_slam.progress import Progress, stages
 from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
@@ -58,6 +65,9 @@ def solve(
     graph: PoseGraph,
     probability: float = 0.99,
     *,
+    start: ArrayLike | None = None,
+    threshold: float | None = None,
+    prior: ArrayLike | None = None,
     find_noise: bool = True,
     progress: bool | Progress = False,
     max_seconds: float = MAX_SECONDS,
@@ -83,13 +93,19 @@ def solve(
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
     thresholds, weights and the certificate. With ``find_noise`` False the claims hold.
 
+    What you know besides can be told. All descend from the poses ``start`` ``(n, 3)`` or
+    ``(n, 3, 4)`` in place of odometry, ``threshold`` is the largest norm of an inlier in place of
+    the one that ``probability`` gives, and ``prior`` ``(m,)`` tells of each edge whether it is
+    right: 1 is never rejected, 0 never kept, and of the others, 0.5, the measurements tell.
+
     After ``max_seconds`` of CPU time the best map so far is returned, with TIME_LIMIT as
     ``Answer.stop`` or as the ``stop`` of the certificate. Each stage takes at least one step.
 
     Raises:
         TypeError: ``graph`` is not a pose graph, or there are ``others`` among the options.
         ValueError: ``probability`` is not inside (0, 1), or ``max_seconds`` is negative, or a
-            step of the odometry is so long beside the others that no map holds both.
+            step of the odometry is so long beside the others that no map holds both; ``start``,
+            ``threshold`` or ``prior`` does not fit, or leaves poses that no edge joins.
 
     Source: Geman and McClure 1985, Agarwal et al. 2013, Yang et al. 2020 and Mangelson et al.
     2018 for the descents, Rosen et al. 2019 for the certificate.
@@ -105,21 +121,31 @@ def solve(
     check_graph(graph)
     for name in others:
         raise TypeError(_UNKNOWN.format(name) + _GONE.get(name, ""))
-    own = (originals(graph) == np.arange(len(graph.edges))) & ~_beyond_reach(graph)
+    known = _checked_prior(prior, graph)
+    own = (originals(graph) == np.arange(len(graph.edges))) & ~_beyond_reach(graph) & (known > 0)
     if not np.all(own):
         part = solve(
             select(graph, own),
             probability,
+            start=start,
+            threshold=threshold,
+            prior=known[own],
             find_noise=find_noise,
             progress=progress,
             max_seconds=max_seconds,
         )
         return part.about(graph, np.flatnonzero(own))
-    threshold = chi_square_threshold(probability, graph.group.DOF)
+    if threshold is None:
+        threshold = chi_square_threshold(probability, graph.group.DOF)
+    threshold = positive("threshold", threshold)
     deadline = Deadline.after(max_seconds)
     with stages(progress) as tell:
-        trusted = _trusted(graph, threshold, tell, deadline)
-        x0 = spanning_tree(graph, trusted.astype(np.float64))
+        trusted = _trusted(graph, threshold, tell, deadline) | (known == 1.0)
+        if start is None:
+            x0 = spanning_tree(graph, trusted.astype(np.float64))
+        else:
+            given = check_poses("start", start, graph)
+            x0 = graph.group.between(given[0], given)
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
@@ -157,6 +183,16 @@ def solve(
         misfit=judgement.misfit,
         lone=judgement.lone,
     )
+
+
+def _checked_prior(prior: ArrayLike | None, graph: PoseGraph) -> Array:
+    m = len(graph.edges)
+    known = np.full(m, 0.5) if prior is None else finite("prior", prior, (m,))
+    other = ~np.isin(known, (0.0, 0.5, 1.0))
+    if np.any(other):
+        k = int(np.argmax(other))
+        raise ValueError(f"prior: edge {k} has {known[k]:g}; give 0, 0.5 or 1, from a threshold")
+    return known
 
 
 def _beyond_reach(graph: PoseGraph) -> Mask:

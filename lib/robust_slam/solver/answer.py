@@ -16,6 +16,7 @@ from robust_slam._words import counted
 from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.optimality import Certificate, Verdict
 from robust_slam.consistency.bridges import Bridges
+from robust_slam.descent.marginals import covariance
 from robust_slam.estimators.result import StopReason
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, residual_norms, select
 from robust_slam.solver.candidates import Candidate, loosened
@@ -108,10 +109,24 @@ class Answer:
         """The graph with the noise that was found in place of the claims.
 
         The copies of an edge keep next to nothing of their information.
-        Covariances come from it: ``covariance(answer.precise, answer.poses, k, answer.weights)``.
         """
         copies = originals(self.graph) != np.arange(len(self.kept))
         return loosened(rescaled(self.graph, self.noise), copies)
+
+    def covariance(self, k: ArrayLike) -> Array:
+        """Return the covariance ``(…, D, D)`` of poses ``k`` ``(…)``, with the noise found.
+
+        Its units and coordinates are those of ``rs.covariance``, which takes any other graph.
+
+        Raises:
+            ValueError: ``k`` is not a number of a pose.
+
+        >>> from robust_slam import solve
+        >>> from robust_slam.graphs import manhattan
+        >>> solve(manhattan(60, 0, closures=15)[0]).covariance([20, 40]).shape
+        (2, 3, 3)
+        """
+        return covariance(self.precise, self.poses, k, self.weights)
 
     @property
     def clean(self) -> PoseGraph:
@@ -182,6 +197,8 @@ class Answer:
             ("optimum", f"{self.verdict}; the gap is at most {proof.bound:.3g}{_end(proof)}"),
         ]
         return "\n".join([*(f"{name:<8} {text}" for name, text in rows), *self.notes(names)])
+
+    __str__ = summary
 
     def notes(self, names: ArrayLike | None = None) -> list[str]:
         """Return a sentence for each thing that limits what the map can be trusted with.

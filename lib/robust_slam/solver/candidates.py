@@ -364,6 +364,7 @@ def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -
     Where odometry has lost its rotation, a chordal map without the closures that fit it worst may
     be closer; then the one of lower TLS cost is taken.
     """
+    deadline = Deadline.after(seconds)
     used = pcm(problem.graph, c, max_seconds=seconds).kept | problem.trusted
     consistent = select(problem.graph, used)
 
@@ -372,8 +373,8 @@ def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -
 
     x0 = min((problem.guess, *_trimmed(consistent)), key=truncated)
     fewer = Sparing(consistent, x0, problem.trusted[used], steps=1)
-    poses = gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=seconds).x
-    return _readmitted(problem, poses, c, seconds)
+    poses = gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=deadline.left).x
+    return _readmitted(problem, poses, c, deadline.left)
 
 
 def _readmitted(problem: PoseGraphProblem, poses: Array, c: float, seconds: float) -> Array:

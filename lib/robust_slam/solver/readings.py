@@ -10,7 +10,7 @@ Source: Mangelson et al. 2018 for closures that agree in pairs; their use is der
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,16 +49,20 @@ class Reading:
 
 
 def better_reading(
-    answer: Answer, *, progress: bool | Progress = False, max_seconds: float = 60.0
+    answer: Answer,
+    *,
+    others: Mapping[str, PoseGraph] | None = None,
+    progress: bool | Progress = False,
+    max_seconds: float = 60.0,
 ) -> Reading | None:
     """Return the way to read the answer's graph that rejects the fewest closures, or None.
 
     Tried are rotations in degrees, edges from j to i in place of i to j, all of them, the odometry
-    or the closures, rotations of the other sense, as of a left-handed frame, and quaternions that
-    begin with w. None means that
-    no other reading rejects at most half as many closures, or that the given one rejects hardly
-    any. Each reading in which at least as many neighbouring closures agree takes a ``solve``
-    of at most ``max_seconds`` of CPU time.
+    or the closures, rotations of the other sense, as of a left-handed frame, quaternions that
+    begin with w, and the graphs ``others`` by their words, such as ``other_orders`` of a file.
+    None means that no other reading rejects at most half as many closures, or that the given one
+    rejects hardly any. Each reading in which at least as many neighbouring closures agree takes a
+    ``solve`` of at most ``max_seconds`` of CPU time.
 
     >>> from robust_slam import graphs, solve
     >>> graph, _ = graphs.manhattan(60, np.random.default_rng(0), closures=30)
@@ -72,7 +76,7 @@ def better_reading(
         return None
     found: list[Reading] = []
     with stages(progress) as tell:
-        for words, graph in _promising(answer.graph, answer.threshold):
+        for words, graph in _promising(answer.graph, answer.threshold, others or {}):
             tell(f"the graph is read {words}")
             other = solve(graph, max_seconds=max_seconds)
             found.append(Reading(words, graph, other))
@@ -99,7 +103,9 @@ def _rejected(answer: Answer) -> int:
     return int(np.sum(~answer.kept & ~answer.graph.is_odometry))
 
 
-def _promising(graph: PoseGraph, threshold: float) -> list[tuple[str, PoseGraph]]:
+def _promising(
+    graph: PoseGraph, threshold: float, others: Mapping[str, PoseGraph]
+) -> list[tuple[str, PoseGraph]]:
     """Return the readings, in words and as graphs, in which no fewer neighbours agree."""
     chosen, near = _neighbours(graph)
 
@@ -110,7 +116,7 @@ def _promising(graph: PoseGraph, threshold: float) -> list[tuple[str, PoseGraph]
         degrees = _from_degrees(graph)
         if agree(degrees, threshold) > _IN_DEGREES * near.sum():
             return [(_DEGREES, degrees)]
-    read = {words: change(graph) for words, change in READINGS.items()}
+    read = {words: change(graph) for words, change in READINGS.items()} | dict(others)
     if graph.group.DIMENSION == 3:
         read[_W_FIRST] = replace(graph, measurement=rolled(graph.measurement, -1))
     for gamma in (threshold, 10.0 * threshold):

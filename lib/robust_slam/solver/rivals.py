@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._deadline import Deadline
 from robust_slam.consistency.bridges import find_bridges
 from robust_slam.consistency.pairwise import pairwise_distances
 from robust_slam.estimators.graduation import gnc
@@ -221,7 +222,7 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
     poses = poses_along(whole, find_forest(whole, used, length, np.zeros(1, dtype=np.intp)))
     problem = Sparing(select(free.graph, used), poses, trusted[used], steps=1)
     first = trusted | (best.kept & ~_against(free, best, seed))
-    poses = at_rest(problem, first[used], poses)
+    poses = at_rest(problem, first[used], poses, free.deadline)
     return gnc(problem, free.threshold, "tls", poses, tol=TOL, max_seconds=free.deadline.left).x
 
 
@@ -273,6 +274,8 @@ def _beyond(free: Search, one: Candidate, other: Candidate) -> float:
 def _rejected(free: Search, poses: Array) -> Mask:
     """Return which closures ``(m,)`` a map clearly rejects, even if they claim too much."""
     graph, closures = free.graph, ~free.graph.is_odometry
+    if not np.any(closures):
+        return closures
     typical = np.median(graph.information[closures], axis=0)
     r = residuals(graph, poses)
     squares = np.minimum(squared_norms(graph, poses), np.einsum("ka,ab,kb->k", r, typical, r))
@@ -280,16 +283,22 @@ def _rejected(free: Search, poses: Array) -> Mask:
 
 
 def _minimum(search: Search, kept: Mask, poses: Array) -> Array:
-    return at_rest(search.problem(search.graph), kept, poses)
+    return at_rest(search.problem(search.graph), kept, poses, search.deadline)
 
 
-def at_rest(problem: PoseGraphProblem, used: Mask, poses: Array) -> Array:
-    """Return the poses where Gauss-Newton steps change the ``used`` edges' cost hardly."""
+def at_rest(problem: PoseGraphProblem, used: Mask, poses: Array, deadline: Deadline) -> Array:
+    """Return the poses ``(n, …)`` near ``poses`` where the ``used`` edges ``(m,)`` are at rest.
+
+    Steps end when one hardly changes their cost.
+
+    Raises:
+        Underdetermined: the edges do not determine the poses to working precision.
+    """
     cost = np.inf
     for _ in range(_STEPS):
         poses = problem.solve(used.astype(np.float64), poses)
         before, cost = cost, 0.5 * float(np.sum(problem.residual_norms(poses)[used] ** 2))
-        if abs(before - cost) < _AT_REST:
+        if abs(before - cost) < _AT_REST or deadline.passed:
             break
     return poses
 

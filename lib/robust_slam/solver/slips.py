@@ -60,11 +60,12 @@ def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate, Cand
     unlike, doubted = _unlike(search.graph), None
     apart = [_fewer(unlike, *one) for one in _apart(search, best, unlike)]
     search, best = max([(search, best), *apart], key=lambda one: _worth(unlike, *one))
-    while np.sum(search.slips) < _MOST:
+    while np.sum(search.slips) < _MOST and not search.deadline.passed:
         least = _worth(unlike, search, best)
         found = [
             (trial, one)
             for start in _starts(search, best, unlike)
+            if not search.deadline.passed
             for trial, one in _freed(search, best, start)
             if _worth(unlike, trial, one) > least
         ]
@@ -104,20 +105,24 @@ def _unlike(graph: PoseGraph) -> Array:
 
 
 def strayed(search: Search) -> int | None:
-    """Return the first of two long steps, close to each other, that lead there and back, or None.
+    """Return a long step that leads where the drive was not, or None.
 
-    A tracker that was lost for a few poses leaves where it was, and comes back.
+    A tracker that was lost for a few poses leaves where it was and comes back, or it reports one
+    pose again and again. So another long step leads back soon, or there is no motion beside it.
     """
     graph = search.graph
     steps = np.flatnonzero(graph.is_odometry & ~search.slips)
     length = np.linalg.norm(graph.translation[steps], axis=1)
     far = length > _STRAYED * np.quantile(length, _USUAL) if length.size else length > 0.0
+    still = np.pad(length == 0.0, 1)
+    stuck = steps[far & (still[:-2] | still[2:])]
     long, length = steps[far], length[far]
     before, after = graph.edges[long[:-1], 0], graph.edges[long[1:], 1]
     place = graph.group.translation(search.x0)
     net = np.linalg.norm(place[after] - place[before], axis=1)
-    found = (after - before <= APART + 1) & (2.0 * net < length[:-1] + length[1:])
-    return int(long[np.argmax(found)]) if np.any(found) else None
+    there = long[:-1][(after - before <= APART + 1) & (2.0 * net < length[:-1] + length[1:])]
+    found = np.sort(np.concatenate([stuck, there]))
+    return int(found[0]) if found.size else None
 
 
 def _apart(search: Search, best: Candidate, unlike: Array) -> Iterator[tuple[Search, Candidate]]:
@@ -138,7 +143,8 @@ def _apart(search: Search, best: Candidate, unlike: Array) -> Iterator[tuple[Sea
     trial = replace(search, slips=slips)
     problem = trial.problem(rescaled(graph, best.tested))
     x0 = spanning_tree(parts, tree.astype(np.float64))
-    poses = irls(problem, kernels.dcs(search.threshold), x0, tol=TOL, max_iterations=100).x
+    most = search.deadline.left
+    poses = irls(problem, kernels.dcs(search.threshold), x0, tol=TOL, max_seconds=most).x
     with suppress(ValueError):
         yield trial, trial.settle("slips", poses, best.tested)
 
@@ -146,6 +152,8 @@ def _apart(search: Search, best: Candidate, unlike: Array) -> Iterator[tuple[Sea
 def _fewer(unlike: Array, search: Search, best: Candidate) -> tuple[Search, Candidate]:
     """Return the search and the map without the slips that are not worth their price."""
     for step in np.flatnonzero(search.slips):
+        if search.deadline.passed:
+            break
         less = replace(search, slips=search.slips & (np.arange(best.kept.size) != step))
         with suppress(ValueError):
             one = less.settle("slips", best.poses, best.tested)
@@ -227,7 +235,7 @@ def _freed(search: Search, best: Candidate, start: _Start) -> Iterator[tuple[Sea
     trial = replace(search, slips=search.slips | (np.arange(best.kept.size) == start.step))
     problem = trial.problem(rescaled(search.graph, best.tested))
     with suppress(ValueError):
-        poses = at_rest(problem, start.used, start.poses)
+        poses = at_rest(problem, start.used, start.poses, search.deadline)
         near = ~search.trusted & (problem.residual_norms(poses) <= _WITHIN * search.threshold)
         if near.sum() > np.sum(best.kept & ~search.trusted) and not search.deadline.passed:
             yield trial, trial.settle("slips", poses, best.tested)

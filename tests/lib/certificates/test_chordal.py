@@ -5,7 +5,7 @@ import pytest
 from robust_slam.certificates import chordal
 from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.graphs import PoseGraph, pose_graph, se3
-from robust_slam.graphs.isotropic import precisions
+from robust_slam.graphs.pose_graph import precisions
 
 from tests.lib.certificates.dense import data_matrix, lift
 from tests.lib.worlds import random_graph
@@ -55,9 +55,7 @@ def test_an_edge_of_weight_0_drops_out(group):
     kept = np.arange(len(graph.edges)) != 7
     rest = pose_graph.select(graph, kept)
     np.testing.assert_allclose(
-        data_matrix(graph, kept.astype(float)),
-        data_matrix(rest),
-        rtol=1e-14,
+        data_matrix(graph, kept.astype(float)), data_matrix(rest), rtol=1e-14
     )
     assert len(ChordalProblem.of(graph, kept.astype(float)).edges) == len(rest.edges)
 

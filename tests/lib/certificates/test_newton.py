@@ -11,9 +11,7 @@ from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.newton import Stop, descend, polish
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.certificates.staircase import solve_certified
-from robust_slam.certificates.tangent import (
-    stationarity,
-)
+from robust_slam.certificates.tangent import stationarity
 from robust_slam.descent.start import chordal as chordal_start
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import NotConverged
@@ -71,10 +69,7 @@ def test_stationarity_has_no_unit_and_does_not_know_where_the_map_lies(group):
     assert stationarity(smaller, blocks) == pytest.approx(expected, rel=1e-9)
 
 
-@refused(
-    ({"tol": -1.0}, "tol is -1"),
-    ({"max_iterations": 0}, "max_iterations is 0"),
-)
+@refused(({"tol": -1.0}, "tol is -1"), ({"max_iterations": 0}, "max_iterations is 0"))
 def test_bad_input_is_refused_by_name(wrong, message):
     graph, truth = loops(se2, 8)
     with pytest.raises(ValueError, match=message):

@@ -125,10 +125,7 @@ def test_a_cholesky_test_that_passes_where_positions_are_wrong_is_no_certificate
     assert record.bound >= record.cost > 1.0
 
 
-@refused(
-    ({"eta": 0.0}, r"eta is 0\.0"),
-    ({"tol": -1.0}, r"tol is -1\.0"),
-)
+@refused(({"eta": 0.0}, r"eta is 0\.0"), ({"tol": -1.0}, r"tol is -1\.0"))
 def test_bad_input_is_refused_by_name(wrong, message):
     graph, truth, _ = ring(se2, 5, 4, 0.1)
     with pytest.raises(ValueError, match=message):

@@ -159,10 +159,7 @@ def test_without_closures_the_odometry_is_kept():
     assert pairwise_distances(graph).shape == (0, 0)
 
 
-@refused(
-    ({"gamma": -1.0}, r"gamma is -1\.0"),
-    ({"probability": 1.0}, r"probability is 1\.0"),
-)
+@refused(({"gamma": -1.0}, r"gamma is -1\.0"), ({"probability": 1.0}, r"probability is 1\.0"))
 def test_bad_arguments_are_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):
         pcm(wandering(16, se2), **wrong)

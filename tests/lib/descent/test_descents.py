@@ -112,10 +112,7 @@ def test_a_map_that_hangs_on_next_to_nothing_is_an_error(line):
         gauss_newton(line, dead_reckoning(line), [1e-300, 1.0, 1e-300, 1e-300])
 
 
-@refused(
-    ({"tol": -1.0}, "tol is -1.0"),
-    ({"max_iterations": 0}, "max_iterations is 0"),
-)
+@refused(({"tol": -1.0}, "tol is -1.0"), ({"max_iterations": 0}, "max_iterations is 0"))
 @both_descents
 def test_a_limit_out_of_range_is_refused(line, solve, wrong, message):
     with pytest.raises(ValueError, match=message):

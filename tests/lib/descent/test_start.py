@@ -10,8 +10,7 @@ from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.descent.start import chordal
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import spanning_tree
-from robust_slam.graphs.isotropic import precisions
-from robust_slam.graphs.pose_graph import select
+from robust_slam.graphs.pose_graph import precisions, select
 
 from tests.lib.worlds import (
     assert_rotations,

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robust_slam.estimators import StopReason, irls
+from robust_slam.estimators import StopReason, chi_square_threshold, irls
 from robust_slam.estimators.kernels import KERNELS, cauchy, huber
 from robust_slam.problems import LocationProblem
+from scipy.optimize import least_squares
 
 from tests.lib.worlds import cost_never_rises
 
@@ -28,6 +29,29 @@ def lesson(sigma=0.3):
 @settings(max_examples=100, deadline=None)
 def test_the_robust_cost_of_a_location_never_rises(z, kernel, x0):
     assert cost_never_rises(irls(LocationProblem(z, 0.7), kernel, x0))
+
+
+def soft(z):
+    """The loss soft_l1 of SciPy."""
+    root = np.sqrt(1.0 + z)
+    return np.stack([2.0 * (root - 1.0), 1.0 / root, -0.5 * root**-3])
+
+
+@pytest.mark.parametrize("loss", ["linear", "huber", "cauchy", "soft_l1", "arctan", soft])
+def test_a_loss_of_scipy_ends_where_scipy_ends(loss):
+    def residuals(x):
+        return (LESSON - x) / 0.3
+
+    theirs = least_squares(residuals, 0.0, loss=loss, f_scale=0.8, ftol=None, gtol=1e-12)
+    ours = irls(lesson(), loss=loss, c=0.8, x0=0.0, max_iterations=500)
+    assert ours.x == pytest.approx(theirs.x[0], abs=1e-6)
+    assert ours.cost == pytest.approx(theirs.cost, rel=1e-9)
+
+
+def test_a_name_and_a_constructor_are_kernels_with_the_scale_of_the_probability():
+    given = irls(lesson(), cauchy(chi_square_threshold(0.95, 1)))
+    for kernel in ("cauchy", cauchy):
+        assert irls(lesson(), kernel, probability=0.95).x == given.x
 
 
 @pytest.mark.parametrize("name", KERNELS)

@@ -29,6 +29,16 @@ def read(folder, text, **options):
     return read_factors(path, **options)
 
 
+def test_decimal_commas_are_points_here_too(tmp_path):
+    plain = read(tmp_path, PLANE)
+    commas = read(tmp_path, PLANE.replace(".", ","))
+    np.testing.assert_array_equal(commas.x, plain.x)
+    assert commas.notes[0] == "the commas in its numbers are read as decimal points"
+    assert "note       the commas" in str(commas) and repr(commas).startswith(
+        "<FactorFile: Factor"
+    )
+
+
 def information(root):
     return np.swapaxes(root, 1, 2) @ root
 

@@ -15,6 +15,7 @@ from robust_slam.graphs import g2o
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.graph_file import GraphFileError
 from robust_slam.graphs.pose_graph import relative_poses, unreached
+from robust_slam.graphs.reading import read_poses
 from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
@@ -206,10 +207,7 @@ def test_pyfg_in_space_is_that_of_g2o_with_a_time_and_the_inverse(tmp_path):
     ),
     (PYFG_PLANE.replace("A10 B2 1", "A10 A10 1"), "5: the edge joins vertex A10 to itself"),
     (PYFG_PLANE.replace("A10 B2 1", "A10 B3 1"), "5: vertex B3 is missing; add its line"),
-    (
-        PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")],
-        " no path of edges joins vertex A9 to",
-    ),
+    (PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")], " no path of edges joins vertex A9 to"),
     (TORO_PLANE.replace("13 2 3\n", "13 2\n", 1), "3: EDGE2 has 10 fields behind it; give 11"),
 )
 def test_what_is_wrong_is_named_by_the_ids_of_the_file(tmp_path, wrong, message):
@@ -289,6 +287,22 @@ def test_closures_of_another_file_make_it_a_graph(tmp_path, form, kind):
     assert rs.load(path, odometry=(0.05, 0.01), closures=closures).n == 30
 
 
+def test_poses_are_read_without_deviations_and_a_file_is_saved_under_its_names(tmp_path):
+    poses, times = TRUTHS["space"], 1e9 + np.arange(30.0)
+    write_tum(tmp_path / "a.tum", poses, times)
+    found, when = read_poses(tmp_path / "a.tum")
+    np.testing.assert_allclose(found, poses, atol=1e-12)
+    np.testing.assert_array_equal(when, times)
+    file = rs.read(tmp_path / "a.tum", odometry=(0.1, 0.1))
+    rs.save(tmp_path / "b.tum", file, poses)
+    assert (tmp_path / "a.tum").read_text() == (tmp_path / "b.tum").read_text()
+    with pytest.raises(GraphFileError, match=r"a.g2o: it is a graph; rs.read\(path\).poses are"):
+        read_poses(put(tmp_path, PLANE, "a.g2o"))
+    for suffix, these, words in (("txt", poses, "end it with .g2o"), ("tum", None, "poses alone")):
+        with pytest.raises((TypeError, ValueError), match=words):
+            rs.save(tmp_path / f"c.{suffix}", file, these)
+
+
 TUM = "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 1 1\n"
 KITTI = "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 2 0 0 1 0\n"
 
@@ -359,6 +373,17 @@ def test_a_table_is_read_whatever_separates_and_names_its_columns(tmp_path, text
     (TUM.splitlines()[0], " one pose is no trajectory; give at least two"),
     ("# t x y\n1 2 3\n", "2: 3 numbers are no pose of a trajectory; give 8, as TUM does"),
     (table(",").replace("1.500", "1.500,"), "2: the line has 9 numbers, the first one 8"),
+    (
+        "a x,a y,a z,a qx,a qy,a qz,a qw,b qx,b qy,b qz,b qw\n" + "1," * 10 + "1\n",
+        " the names abo",
+    ),
+    ("#\n1 1 0 0 0 0 0 0 1 a.png\n5 5 -1\n", "2: 'a.png' is no number; images of COLMAP tell wh"),
+    (
+        "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n",
+        "1: 16 numbers are no pose of a trajectory; give 8, as TUM does (time x y z qx qy qz qw), "
+        "or 12, as KITTI does ([R | t] row by row, without a last row 0 0 0 1), or name the "
+        "columns in a line above; roll, pitch and yaw have to become a quaternion",
+    ),
     (KITTI.replace("0 -1 0 1", "0 -2 0 1"), "2: the left part of [R | t] is not a rotation"),
     (KITTI.replace("0 -1 0 1", "0 1 0 1"), "2: the left part of [R | t] is not a rotation"),
 )
@@ -418,6 +443,11 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
     (b"\x89MCAP0\r\n\x01", "this is an MCAP log, .*export its graph as g2o, or take its odom"),
     (b"\x1f\x8b\x08\x00", "this is packed with gzip; unpack it first"),
     (b"PK\x03\x04", "this is a zip file; unpack it first"),
+    (b"{'frames': []}", "this is JSON, such as nerfstudio's transforms.json; write its poses as"),
+    (
+        b"\xdb\x01\xf5\x5b\x7b\x1f\x1d\x7b",
+        "this is a .pbstream of Cartographer; write its nodes and",
+    ),
 )
 def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path, wrong, message):
     with pytest.raises(GraphFileError, match=rf"graph.g2o: {message}"):

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
+import networkx
 import numpy as np
+import pandas
 import pytest
-from robust_slam.graphs import pose_graph, se3
-from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+import robust_slam as rs
+from robust_slam.graphs import concatenate, manhattan, pose_graph, se3, to_columns, to_rows
+from robust_slam.graphs.pose_graph import PoseGraph, deviations, select, with_closures
+from scipy.spatial.transform import Rotation
 
 from tests.lib.worlds import perturbed, random_graph, refused, slopes
 
@@ -37,7 +42,7 @@ def spoiled(key, index, value):
     (spoiled("edges", (1, 1), 1), "edge 1 joins pose 1 to itself"),
     ({"measurement": np.zeros((2, 3))}, "measurement: the shape"),
     (spoiled("measurement", (2, 1), np.nan), r"measurement: the entry at \(2, 1\)"),
-    ({"information": np.eye(3)}, "information: the shape"),
+    ({"information": np.eye(2)}, "information: the shape"),
     (spoiled("information", (1, 0, 0), np.inf), r"information: the entry at \(1, 0, 0\)"),
     (spoiled("information", (1, 0, 1), 0.5), "information: edge 1 is not symmetric"),
     (spoiled("information", (2, 2, 2), 0.0), "information: edge 2 is not positive definite"),
@@ -156,3 +161,54 @@ def test_closures_are_put_behind_the_edges():
     np.testing.assert_array_equal(longer.edges[9:], [[0, 5], [1, 4]])
     np.testing.assert_array_equal(longer.information[9:], [4.0 * np.eye(3)] * 2)
     assert longer.is_odometry.tolist() == [*graph.is_odometry.tolist(), False, False]
+
+
+def test_graphs_are_equal_where_all_numbers_are():
+    _, graph = random_graph(0)
+    again = PoseGraph(graph.n, graph.edges, graph.measurement, graph.information)
+    same = replace(again, is_odometry=graph.is_odometry)
+    assert graph == same and len({graph, same}) == 1 and graph != graph.n
+    other = graph.information.copy()
+    other[3, 0, 0] *= 2.0
+    assert graph != replace(graph, information=other)
+
+
+def test_a_graph_of_arrays_alone_has_the_odometry_that_a_file_has(tmp_path):
+    graph, _ = manhattan(30, 0, closures=8)
+    alone = PoseGraph(graph.n, graph.edges, graph.measurement, graph.information[0])
+    rs.save(tmp_path / "town.g2o", alone)
+    assert alone == graph == rs.load(tmp_path / "town.g2o")
+
+
+def test_drives_become_one_graph_that_closures_join(group):
+    drives = [random_graph(seed, group)[1] for seed in range(3)]
+    first = np.cumsum([0, *(drive.n for drive in drives)])
+    joins = np.stack([first[:2], first[1:3]], axis=1)
+    whole = concatenate(drives, joins, [group.identity()] * 2, np.eye(group.DOF))
+    assert whole.n == first[-1] and np.array_equal(whole.edges[-2:], joins)
+    start = 0
+    for drive, at in zip(drives, first, strict=False):
+        rows = slice(start, start := start + len(drive.edges))
+        np.testing.assert_array_equal(whole.edges[rows], drive.edges + at)
+        np.testing.assert_array_equal(whole.measurement[rows], drive.measurement)
+        np.testing.assert_array_equal(whole.is_odometry[rows], drive.is_odometry)
+    with pytest.raises(ValueError, match=r"edges: pose .* is not joined to pose 0"):
+        concatenate(drives, joins[:1], [group.identity()], np.eye(group.DOF))
+    with pytest.raises(ValueError, match="graphs: give at least one, and all in the plane or"):
+        concatenate([], joins, [group.identity()] * 2, np.eye(group.DOF))
+
+
+def test_tables_and_networks_take_the_edges(group):
+    _, graph = random_graph(0, group)
+    table = pandas.DataFrame(to_columns(graph))
+    np.testing.assert_array_equal(table[["x", "y"]], graph.translation[:, :2])
+    if group is se3:
+        turned = Rotation.from_quat(table[["qx", "qy", "qz", "qw"]].to_numpy()).as_matrix()
+        np.testing.assert_allclose(turned, graph.rotation, atol=1e-12)
+    else:
+        np.testing.assert_array_equal(table["theta"], graph.measurement[:, 2])
+    network = networkx.MultiDiGraph(to_rows(graph))
+    assert network.number_of_edges() == len(graph.edges) == len(table)
+    i, j, columns = to_rows(graph)[2]
+    assert columns in network[i][j].values() and columns["x"] == graph.translation[2, 0]
+    assert table["sigma_m"][2] == columns["sigma_m"] == deviations(graph)[0][2]
