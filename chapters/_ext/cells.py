@@ -3,7 +3,8 @@
 A printed table is a line of heads above lines with as many cells, with two spaces or more between
 them, and each of these lines holds a number. A line with one cell right above it is its caption;
 otherwise the caption is ``caption`` in the cell's metadata. Folded code stands below what it
-makes, and its bar says what it holds.
+makes, and its bar says what it holds. It is in sight once the link to a chapter's code was
+followed, and from the start where a cell has the tag ``to-change``: the text asks for a change.
 """
 
 from __future__ import annotations

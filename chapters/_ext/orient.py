@@ -1,7 +1,8 @@
 """What a reader sees at once: how long a chapter takes, what it is for, what the next one asks.
 
-Its map is folded in chapter 0 and unfolds to that of the robust kernel in the last; the page that
-a server shows where there is none has the folded one. All of it comes from what is there already:
+The list of pages has its first part open, and that of the page that is read. The map of chapter 0
+is folded and unfolds to that of the robust kernel in the last; the page that a server shows where
+there is none has the folded one. All of it comes from what is there already:
 the words of the page, its list of goals, the questions on the front page, and the course's town.
 A page that quotes a chapter's time writes {minutes}`00-one-lie`.
 """
@@ -28,6 +29,7 @@ PICTURE, QUESTION, STEP = 5, 1, 10
 """Minutes for a live picture and for a question, and to how many the sum is rounded."""
 CHAPTER = re.compile(r"(\d\d)-")
 TITLE = re.compile(r"<h1>.*?</h1>", re.DOTALL)
+PART = re.compile(r'(<p [^>]*class="caption".*?</p>)\s*(<ul class=".*?</ul>)', re.DOTALL)
 GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
 SIZE = 100.0
 NOT_FOUND = "404"
@@ -37,6 +39,8 @@ def add(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
     """Add the maps and the line at the head of a chapter, and the questions of its neighbours."""
+    if listed := context.get("generate_toctree_html"):
+        context["generate_toctree_html"] = lambda **how: in_parts(str(listed(**how)))
     if page == NOT_FOUND:
         context["map"] = drawn(0.0)
     for way in filter(None, (context.get("prev"), context.get("next"))):
@@ -50,13 +54,19 @@ def add(
         return
     body, goals = GOALS.subn('<p id="goals">', context["body"], count=1)
     head = TEMPLATES.get_template("chapter.html")
-    known = {"here": page, "minutes": minutes(app, page), "goals": goals}
-    known |= {
-        "chapters": chapters(app),
-        "titles": app.env.titles,
-        "map": functools.partial(sign_of, app),
-    }
+    known = {"minutes": minutes(app, page), "goals": goals}
     context["body"] = TITLE.sub(lambda title: head.render(known, title=title[0]), body, count=1)
+
+
+def in_parts(html: str) -> str:
+    """Return the list of pages with each part behind its caption: open if it is first or read."""
+
+    def part(match: re.Match[str]) -> str:
+        is_open = match.start() == html.find("<p ") or 'class="current' in match[2]
+        mark = " open" if is_open else ""
+        return f"<details{mark}><summary>{match[1]}</summary>{match[2]}</details>"
+
+    return PART.sub(part, html)
 
 
 def minutes(app: Sphinx, page: str) -> int:

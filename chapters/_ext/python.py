@@ -9,6 +9,7 @@ form stands the command that does the same.
 
 from __future__ import annotations
 
+import ast
 import json
 import shutil
 from pathlib import Path
@@ -33,6 +34,8 @@ NEEDED = ("pyodide", "wheels", "editor.js", "editor-licences.txt")
 """What `make runtime` leaves for the pages."""
 BYTES = "bytes"
 """The file there with the number of bytes that the engine fetches until the first cell can run."""
+MODULES = {"np", "plt", "mpl"}
+"""Whose functions are called for what they do elsewhere."""
 SAID = {"cannot": "cannot_run_in_the_page", "note": "note_in_the_page"}
 """Keys in a cell's metadata for sentences that the page shows: why the cell cannot run there, and
 what differs there."""
@@ -56,11 +59,40 @@ def code_cells(app: Sphinx, page: str) -> dict[int, dict[str, str]]:
         return {}
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     return {
-        number: {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
+        number: {"id": f"code-{cell['id']}", "code": code, "gives": sorted(gives(code))}
         | {name: cell["metadata"][key] for name, key in SAID.items() if key in cell["metadata"]}
         for number, cell in enumerate(cells)
-        if cell["cell_type"] == "code"
+        if cell["cell_type"] == "code" and (code := "".join(cell["source"])) is not None
     }
+
+
+def gives(code: str) -> set[str]:
+    """Return the names that a cell binds or whose values it changes, and some that it may change.
+
+    What a cell imports it does not change later on, and a source of random numbers is another one
+    after each use.
+    """
+    nodes = list(ast.walk(ast.parse(code)))
+    imported = {(n.asname or n.name).split(".")[0] for n in nodes if isinstance(n, ast.alias)}
+    changed = {"rng"} & {node.id for node in nodes if isinstance(node, ast.Name)}
+    for node in nodes:
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+                changed.add(name)
+            case ast.Name(id=name, ctx=ast.Store()):
+                changed.add(name)
+            case ast.Attribute(ctx=ast.Store()) | ast.Subscript(ctx=ast.Store()):
+                changed |= _root(node)
+            case ast.Expr(value=ast.Call(func=ast.Attribute() as method)):
+                changed |= _root(method) - MODULES
+    return imported | changed
+
+
+def _root(node: ast.AST) -> set[str]:
+    """Return the name before all dots and brackets, if there is one."""
+    while isinstance(node, ast.Attribute | ast.Subscript | ast.Call):
+        node = node.func if isinstance(node, ast.Call) else node.value
+    return {node.id} if isinstance(node, ast.Name) else set()
 
 
 def name_the_cells(app: Sphinx, doctree: nodes.document, page: str) -> None:

@@ -1,3 +1,9 @@
+// The code of a chapter is in sight once its link was followed, or one to a cell.
+const showCode = () => {
+  if (/^#code\b/.test(location.hash)) document.documentElement.dataset.code = "";
+};
+addEventListener("hashchange", showCode);
+showCode();
 addEventListener("load", () => {
   // The theme scrolls the list of pages so far that its head is gone, when the page is parsed. The
   // page that is read shall be seen, and no more.

@@ -12,11 +12,13 @@ export class Cell {
   #editor = null;
   #stored = [];
   #parts = null;
+  #names;
 
-  /** `given` has the id, the code, why it cannot run and a note, if so; `does` what buttons do. */
-  constructor({ id, code, cannot, note }, does) {
+  /** `given` has the id, the code, the names that it gives, why it cannot run and a note, if so; `does` what buttons do. */
+  constructor({ id, code, gives, cannot, note }, does) {
     this.id = id;
     this.given = code;
+    this.#names = gives;
     this.cannot = cannot;
     this.note = note ?? "";
     this.#does = does;
@@ -30,6 +32,16 @@ export class Cell {
   /** The code as it stands in the editor, or in the page. */
   get code() {
     return this.#editor?.code() ?? this.given;
+  }
+
+  /** All words of the code, names among them. */
+  get words() {
+    return this.code.match(/[A-Za-z_]\w*/g) ?? [];
+  }
+
+  /** The names that the code gives to cells below; of the reader's code it may be any word. */
+  get gives() {
+    return this.code === this.given ? this.#names : this.words;
   }
 
   open() {
@@ -69,6 +81,9 @@ export class Cell {
 
   begin() {
     this.say("");
+    // What the page shows stays until there is another output; that of the run before goes.
+    if (this.#parts.ran) this.#output().replaceChildren();
+    this.#editor.mark(null);
     this.#mark(true);
   }
 
@@ -113,7 +128,9 @@ export class Cell {
 
   /** Put what a run gave in place of the output; `changed`: some code is not the page's. */
   show(result, changed) {
+    this.#parts.ran = true;
     this.#output().replaceChildren(...outputs(result, this.#stored, changed));
+    this.#editor.mark(result.line);
     drawFormulas(this.#output());
   }
 

@@ -38,7 +38,7 @@ class Chapter {
     });
   }
 
-  /** Run a cell, after the cells above it that have not run as they are. */
+  /** Run a cell, after those above it whose names it uses and that have not run as they are. */
   async run(cell) {
     if (this.#busy === cell) return;
     if (this.#busy) {
@@ -47,10 +47,11 @@ class Chapter {
       return;
     }
     this.#busy = cell;
+    const [began, needed] = [performance.now(), this.#needed(cell)];
     cell.begin();
     try {
-      if (!this.#started) await this.#start(cell);
-      const failed = await this.#runAbove(cell);
+      if (!this.#started) await this.#start(cell, needed);
+      const failed = await this.#runAbove(cell, needed);
       cell.say(await this.#runOne(cell, cell, "Running …") ? "It ended with an error." : "Done.");
       if (failed.length) cell.pointTo(failed);
     } catch (error) {
@@ -58,7 +59,7 @@ class Chapter {
       this.#ran.clear();
       this.#failed.clear();
       cell.say(error instanceof engine.Stopped
-        ? "Stopped, and Python with it. Run starts it again and first runs the cells above."
+        ? `Stopped after ${((performance.now() - began) / 1000).toFixed(0)} s, without output, and Python with it. Run starts it again.`
         : `Python ended: ${error.message} Run starts it again.`);
     } finally {
       this.#busy = null;
@@ -83,10 +84,22 @@ class Chapter {
     }
   }
 
-  /** Start Python, with what the cell and those above it import. */
-  async #start(cell) {
+  /** The cells above whose names a cell uses, and whose names these use. */
+  #needed(cell) {
     const all = [...this.cells.values()];
-    const code = all.slice(0, all.indexOf(cell) + 1).map((each) => each.code).join("\n");
+    const above = all.slice(0, all.indexOf(cell));
+    const [words, found] = [new Set(cell.words), new Set()];
+    const isNeeded = (each) => !found.has(each) && each.gives.some((name) => words.has(name));
+    for (let next = above.find(isNeeded); next; next = above.find(isNeeded)) {
+      found.add(next);
+      next.words.forEach((word) => words.add(word));
+    }
+    return above.filter((each) => found.has(each));
+  }
+
+  /** Start Python, with what the cell and those that it needs import. */
+  async #start(cell, needed) {
+    const code = [...needed, cell].map((each) => each.code).join("\n");
     cell.say("Loading Python …");
     await engine.start((arrived, wanted) => {
       cell.loading(arrived, wanted, "Starting Python …");
@@ -94,17 +107,14 @@ class Chapter {
     this.#started = true;
   }
 
-  /** Return the cells above that ended with an error; their other lines may have run. */
-  async #runAbove(cell) {
-    const all = [...this.cells.values()];
-    const above = all.slice(0, all.indexOf(cell)).filter((each) => (
-      this.#ran.get(each) !== each.code
-    ));
+  /** Return the needed cells that ended with an error; their other lines may have run. */
+  async #runAbove(cell, needed) {
+    const above = needed.filter((each) => this.#ran.get(each) !== each.code);
     for (const [k, each] of above.entries()) {
       await this.#runOne(each, cell, `Running the cells above: ${k + 1} of ${above.length} …`);
     }
     // A cell that cannot run to its end has lines that others need.
-    return all.slice(0, all.indexOf(cell)).filter((each) => this.#failed.has(each) && !each.cannot);
+    return needed.filter((each) => this.#failed.has(each) && !each.cannot);
   }
 
   /** Run a cell while the one that the reader has asked for, `asked`, says these words. */

@@ -76,13 +76,13 @@ class Session:
 
         Returns:
             ``text`` that it printed, ``shown``, a list of things with their ``data`` by type
-            and ``metadata``, and ``error``, a traceback or None.
+            and ``metadata``, ``error``, a traceback or None, and its ``line`` of the cell.
         """
         self._count += 1
         name = f"{CELL}{self._count}>"
         linecache.cache[name] = len(code), None, code.splitlines(keepends=True), name
         self._shown, self._displayed = [], []
-        printed, error = Printed(), None
+        printed, error, line = Printed(), None, None
         # Dataclasses and pickles look for the module of a class under its name.
         sys.modules["__main__"] = self._module
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
@@ -90,9 +90,9 @@ class Session:
                 self._execute(code, name)
                 self.show_figures()
             except BaseException as raised:  # the reader's exit() and KeyboardInterrupt too
-                error = readable(raised, name)
+                error, line = readable(raised, name), line_of(raised, name)
                 self.show_figures()
-        return {"text": printed.getvalue(), "shown": self._shown, "error": error}
+        return {"text": printed.getvalue(), "shown": self._shown, "error": error, "line": line}
 
     def _execute(self, code: str, name: str) -> None:
         """Run the statements; show the value of the last one, unless a semicolon ends it."""
@@ -158,7 +158,7 @@ def _call(value: object, method: str) -> object:
 
 
 def readable(error: BaseException, cell: str) -> str:
-    """Return the traceback, with the lines of cells and packages, and none of the page's own."""
+    """Return what went wrong and the way to it, with the lines of cells and packages alone."""
     told = traceback.TracebackException.from_exception(error)
     for each in _chain(told):
         from_cells = dropwhile(lambda frame: not frame.filename.startswith(CELL), each.stack)
@@ -168,14 +168,25 @@ def readable(error: BaseException, cell: str) -> str:
             frame.filename = _place(frame.filename, cell)
         if isinstance(error, SyntaxError) and each.filename == cell:
             each.filename = _place(cell, cell)
-    text = "".join(told.format()).rstrip()
+    last = "".join(told.format_exception_only()).rstrip()
+    way = "".join(told.format()).rstrip()
+    cause = below = last.split("\n")[-1] if isinstance(error, SyntaxError) else last
     if isinstance(error, ModuleNotFoundError):
         # What Pyodide adds speaks of its own installer.
-        text = text.split("\nThe module ")[0]
-        text += "\nIn the page there are NumPy, SciPy, Matplotlib and the course's library."
+        cause = cause.split("\nThe module ")[0]
+        cause += "\nIn the page there are NumPy, SciPy, Matplotlib and the course's library."
     if isinstance(error, SyntaxError) and (error.text or "").lstrip().startswith(("!", "%")):
-        text += "\nCommands that begin with ! or % are for notebooks; the page runs Python alone."
-    return text
+        cause += "\nCommands that begin with ! or % are for notebooks; the page runs Python alone."
+    return f"{cause}\n\n{way.removesuffix(below).rstrip()}"
+
+
+def line_of(error: BaseException, cell: str) -> int | None:
+    """Return the line of the cell at which an error arose, or None."""
+    if isinstance(error, SyntaxError) and error.filename == cell:
+        return error.lineno
+    lines = [line for frame, line in traceback.walk_tb(error.__traceback__)
+             if frame.f_code.co_filename == cell]  # fmt: skip
+    return lines[-1] if lines else None
 
 
 def _chain(told: traceback.TracebackException | None) -> Iterator[traceback.TracebackException]:

@@ -24,9 +24,11 @@
     button.ariaLabel = `Edit and run, code ${k + 1} of ${inputs.length}`;
     button.addEventListener("click", async () => {
       button.disabled = true;
+      button.textContent = "Loading the editor …";
       try {
         const { openCell } = await import(new URL("chapter.js", src).href);
         await openCell(id, new URL(dataset.cells, src).href);
+        button.textContent = "Edit and run";
       } catch (error) {
         button.disabled = false;
         button.title = String(error);

@@ -29,8 +29,6 @@ from robust_slam_course.recogniser import Recognised, recognised
 
 LOOK_ALIKE = (6, 17)
 """The poses that place recognition takes for one: two corners that are 1 m apart."""
-MAY_DROP = ((4, 23), (11, 23), (3, 24), (13, 25), (17, 29))
-"""The inliers that come after the outlier's poses: the reader may leave each of them out."""
 ARRIVALS = range(17, 32)
 """The poses at which the outlier may arrive."""
 KINDS = ("random", "local", "agreeing")

@@ -177,11 +177,8 @@ def prediction(question: Question) -> str:
         raise ValueError(f"options: {question.prompt!r} needs two to four, of which one is right.")
     (right,) = (option for option in question.options if option.correct)
     letters = dict(zip(ascii_uppercase, question.options, strict=False))
-    *buttons, last = (_button(letter, option.text) for letter, option in letters.items())
-    # Where the buttons need two lines, the last one is never "Skip" alone.
-    buttons.append(f"<span>{last}{_button('-', 'Skip')}</span>")
+    buttons = [_button(letter, option.text) for letter, option in letters.items()]
     answers = [_revealed(letter, option, right) for letter, option in letters.items()]
-    answers.append(_revealed("-", None, right))
     return (
         f'<form class="rs-predict" method="dialog" data-question="{_key(question)}"><fieldset>'
         f"<legend><strong>Predict:</strong> {_inline(question.prompt)}</legend>"
@@ -196,17 +193,13 @@ def _button(letter: str, text: str) -> str:
     return f"<label>{box}<span>{_inline(text)}</span></label>"
 
 
-def _revealed(letter: str, chosen: Option | None, right: Option) -> str:
+def _revealed(letter: str, chosen: Option, right: Option) -> str:
     opening = "✓ Right:" if chosen is right else "The answer is"
     verdict = f'<span class="is-right">{opening} <b>{_inline(right.text)}</b>.</span>'
-    if chosen not in (None, right):
+    if chosen is not right:
         said = f"✗ You chose <b>{_inline(chosen.text)}</b>."
         verdict = f'<span class="is-wrong">{said}</span> {verdict}'
-    return (
-        f'<p data-choice="{letter}"><span class="rs-verdict">{verdict}</span>'
-        f" {_inline((chosen or right).answer)}"
-        f' <span class="rs-acts"><button type="reset" {_KEYS}>Ask again</button></span></p>'
-    )
+    return f'<p data-choice="{letter}">{verdict} {_inline(chosen.answer)}</p>'
 
 
 def _inline(text: str) -> str:

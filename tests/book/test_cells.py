@@ -1,10 +1,12 @@
 """What cells show: a printed table is one, code stands below, and no grey box is left."""
 
+import json
+
 import pytest
 from bs4 import BeautifulSoup
 
 from chapters._ext.cells import NUMBERS, Table, parts
-from tests.book.conftest import NOTEBOOKS
+from tests.book.conftest import NOTEBOOKS, ROOT
 from tests.book.test_accessible import DARK
 
 SWEEP = "lost towns:\n       20 %  40 %\nleast     5     4\nIRLS      0     1\nworst 0.92"
@@ -65,6 +67,25 @@ def test_folded_code_stands_below_what_it_makes_and_is_named(name, site):
             assert not before.select(":scope > details.hide"), "neighbours have one bar"
         if not cell.select(".cell_output") and behind and behind.select("details"):
             assert behind.select(".cell_output"), "neighbours have one bar"
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_no_shown_cell_asks_whether_the_text_is_right(name):
+    away = {"hide-input", "hide-cell", "remove-input", "remove-cell"}
+    for cell in json.loads((ROOT / f"{name}.ipynb").read_text("utf-8"))["cells"]:
+        if cell["cell_type"] == "code" and not away & {*cell["metadata"].get("tags", ())}:
+            assert "check_text" not in "".join(cell["source"]), cell["id"]
+
+
+@pytest.mark.browser
+def test_the_code_of_a_chapter_is_behind_one_link(site, open_page):
+    page = open_page((site.folder / "chapters/05-gnc.html").as_uri()).page
+    bars = page.locator("article .cell > details.hide > summary")
+    assert bars.count() > 5 and not [bar for bar in bars.all() if bar.is_visible()]
+    page.get_by_role("link", name="the code of this chapter").click()
+    assert bars.filter(visible=True).count() > 5
+    page.get_by_role("link", name="The loop").first.click()
+    assert bars.filter(visible=True).count() > 5, "it stays in sight"
 
 
 @pytest.mark.browser

@@ -12,7 +12,7 @@ from robust_slam_course.pictures import basins, majoriser
 
 from tests import depth
 from tests.book.alone import leave_alone
-from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, place
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, ROOT, place
 from tests.book.taking_hold import (
     Seen,
     assert_below_stays,
@@ -55,6 +55,12 @@ WITH_PICTURES = [
     PAGES[0],
     *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
 ]
+
+
+FIRST_SCREENS = [*CHAPTERS, "chapters/labs", "chapters/many-robots", PAGES[0]]
+ENDS = ("valuemin", "valuemax")
+OF_HANDLE = """(picture, [key, part]) => picture.querySelector(
+  `[data-handle="${key}"]`).getAttribute(`aria-${part}`)"""
 
 
 @dataclass(frozen=True)
@@ -154,6 +160,61 @@ def test_each_handle_has_a_name_and_says_its_value(opened):
             least, now, most = map(float, values)
             assert least <= now <= most, f"{name}: {least} {now} {most}"
         assert len({name for name, *_ in found}) == len(found)
+
+
+@DESKS
+def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opened):
+    """Where another end is in the way, or arrows hold one another, as near as that lets it."""
+    for picture in pictures(opened[0].page):
+        reset(picture)
+        for key in {key.rstrip("0123456789"): key for key in handles(picture)}.values():
+            least, most = (float(picture.evaluate(OF_HANDLE, [key, end])) for end in ENDS)
+            places = {}
+            for pressed in ("End", "Home", "PageUp"):
+                picture.evaluate(
+                    f"picture => picture.querySelector('[data-handle=\"{key}\"]').focus()"
+                )
+                picture.page.keyboard.press(pressed)
+                seen(picture)
+                places[pressed] = float(picture.evaluate(OF_HANDLE, [key, "valuenow"]))
+            slack = max(2.0, 0.12 * (most - least))
+            slack = most - least if key.startswith("heading") else slack
+            assert most - slack <= places["End"] <= most, key
+            assert least <= places["Home"] <= least + slack, key
+            assert places["Home"] < places["PageUp"] < places["End"] or slack > 300, key
+        reset(picture)
+
+
+@DESKS
+def test_more_to_try_is_one_question_with_one_control_at_most(opened):
+    for picture in pictures(opened[0].page):
+        assert picture.locator("details .rs-ask").count() == 1
+        assert picture.locator("details .rs-controls > *").count() <= 1
+        assert picture.locator(".rs-icons button").count() == 2
+
+
+@pytest.mark.parametrize("name", FIRST_SCREENS)
+@pytest.mark.rest
+def test_title_sentence_and_picture_are_in_the_first_screen(name, site, open_page):
+    """The stage begins at most 220 px down the page, and its control and readout follow."""
+    address = (site.folder / f"{name}.html").as_uri()
+    page = open_page(address, viewport={"width": 1280, "height": 800}).page
+    found = page.evaluate(
+        """() => [[".rs-stage", "top"], [".rs-controls", "bottom"], [".rs-caption", "bottom"]].map(
+          ([part, edge]) => document.querySelector(`.rs-picture ${part}`)
+            .getBoundingClientRect()[edge])"""
+    )
+    stage, control, readout = found
+    assert stage <= 220 and max(control, readout) <= 800, found
+
+
+def test_only_the_front_page_and_chapter_0_sound(site):
+    sound = [
+        name
+        for name in WITH_PICTURES
+        if "Listen to the edges" in (site.folder / f"{name}.html").read_text("utf-8")
+    ]
+    assert sound == [PAGES[0], "chapters/00-one-lie"]
 
 
 @PHONES
@@ -325,7 +386,7 @@ def states_between(at: str, browser: Browser, motion: str) -> int:
               const drive = 'path.rs-drive.is-estimate';
               const line = () => picture.querySelector(drive).getAttribute('d');
               const seen = new Set([line()]);
-              picture.querySelector('[data-control=robust]').click();
+              picture.querySelector('.rs-predict input').click();
               for (let k = 0; k < 40; k += 1) {
                 await new Promise(requestAnimationFrame);
                 seen.add(line());

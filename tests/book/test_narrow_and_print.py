@@ -44,7 +44,9 @@ class TestCopying:
     def test_each_code_box_has_a_button_that_keys_reach(self, site, open_page):
         page = visit(site, open_page, CHAPTER, permissions=["clipboard-read", "clipboard-write"])
         expect(page.locator(".copybtn").first).to_be_attached()
-        assert page.locator(".highlight > pre").count() == page.locator(".copybtn").count() > 20
+        boxes = page.locator(".highlight:not(.cell_output *) > pre")
+        assert boxes.count() == page.locator(".copybtn").count() > 20
+        page.evaluate("document.documentElement.dataset.code = ''")
         button = page.locator(".cell_input .copybtn:visible").first
         code = button.locator("xpath=preceding-sibling::pre").inner_text()
         button.evaluate("b => b.previousElementSibling.focus()")
@@ -120,7 +122,19 @@ def test_a_chapter_on_paper_has_margins_and_numbers(chapter):
     ]
     assert len(set(lefts)) == 1
     widths = page.locator("article section > p").evaluate_all(WIDTHS)
-    assert 110 < max(widths) / 96 * 25.4 < 130
+    assert max(widths) == page.locator("article").bounding_box()["width"]
+
+
+def test_answers_are_printed_at_the_end_and_put_back(chapter):
+    before = chapter.locator("article section").all_text_contents()
+    chapter.emulate_media(media="screen")
+    chapter.evaluate("dispatchEvent(new Event('beforeprint'))")
+    answers = chapter.locator("article > .rs-answers:last-child")
+    assert answers.locator("details[open]").count() > 3
+    assert "✓ Right" in (answers.text_content() or "")
+    assert chapter.locator("article .rs-paper").count() > 0
+    chapter.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert chapter.locator("article section").all_text_contents() == before
 
 
 @pytest.mark.parametrize("name", ["benchmark", "references"])

@@ -177,3 +177,13 @@ def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site):
         verdicts = [option.strong.get_text() for option in question.select(".rs-option")]
         right = [name for name, said in zip("ABCDEF", verdicts, strict=False) if "Right" in said]
         assert letters[str(number)] == " and ".join(right)
+
+
+def test_answers_to_predictions_and_exercises_stand_at_the_end_of_their_chapter(site):
+    page = "chapters/00-one-lie"
+    printed = BeautifulSoup(book(site.folder, [page]).html({}), "html.parser")
+    (last,) = printed.select("section.page .rs-answers")
+    assert not last.find_next_siblings() and last.h2.get_text() == "Answers"
+    told = " ".join(last.get_text().split())
+    assert "how many of the 99 odometry edges are still bent? ✓ Right: 33." in told
+    assert len(last.select("details")) > 3

@@ -45,6 +45,20 @@ BEYOND = """(section) => {
       && words.right > shown.left + 1 && words.left < shown.right - 1);
   return [...out.map((each) => each.outerHTML.slice(0, 80)), ...(covers ? ["covered"] : [])];
 }"""
+FILLED = """(section) => {
+  const frame = document.querySelector(".slides").getBoundingClientRect();
+  const parts = [...section.querySelectorAll("h1, h2, .ask, .words > p, .show > div")];
+  const boxes = parts.map((part) => part.getBoundingClientRect());
+  const filled = boxes.reduce((sum, box) => sum + box.width * box.height, 0);
+  return filled / (frame.width * frame.height);
+}"""
+"""Which part of a slide holds something."""
+ASKED = """(section) => Math.min(Infinity,
+  ...[...section.querySelectorAll(".ask, .rs-predict legend")]
+  .filter((each) => each.checkVisibility())
+  .map((each) => parseFloat(getComputedStyle(each).fontSize)
+    * each.getBoundingClientRect().width / each.offsetWidth))"""
+"""The letters of the question on a slide, in pixels."""
 DRAWN = """new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
   () => requestAnimationFrame(done))))"""
 
@@ -83,13 +97,15 @@ def test_the_words_of_each_mark_stand_in_the_text(notebook):
 def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook, decks):
     """The first one waits for the decks of all chapters, and for npm to install reveal.js."""
     found = marks.read(notebook)
-    assert 20 <= len(found) <= 30
+    assert 10 <= len(found) <= 20
     assert 40 <= sum(mark.minutes for mark in found) <= 50
-    assert all(mark.notes for mark in found)
+    assert all(mark.notes for mark in found) and len({mark.title for mark in found}) == len(found)
     page = (decks / "chapters" / f"{notebook.stem}.html").read_text(encoding="utf-8")
     assert page.count(f'href="../slides/{notebook.stem}.html"') == 1
     deck = (decks / "slides" / f"{notebook.stem}.html").read_text("utf-8")
     assert deck.count("<section") == len(found)
+    shown = re.findall(r'<section class="(?:first )?is-(\w+)"', deck)
+    assert sum(kind not in {"picture", "figure"} for kind in shown) <= len(found) / 3, shown
 
 
 @pytest.mark.parametrize(("name", "width"), SHOWN)
@@ -112,6 +128,8 @@ def look_through(address: str, open_page: Opener, viewport: dict[str, int]) -> N
         page.evaluate(DRAWN)
         here = page.locator("section.present")
         assert here.evaluate(BEYOND) == [], f"slide {number + 1}"
+        assert here.evaluate(FILLED) >= 0.3, f"slide {number + 1} is mostly white"
+        assert here.evaluate(ASKED) >= 28 * viewport["width"] / 1280, f"slide {number + 1}"
         if viewport["height"] == 720:
             assert complaints(page, seen=looks) == set(), f"slide {number + 1}"
         if here.locator(".rs-picture").count():
@@ -151,10 +169,11 @@ def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(decks, open_page
 @pytest.mark.parametrize(
     ("entry", "why"),
     [
-        ({"say": "no such words"}, "0 sentences"),
-        ({"say": "First", "show": "formula"}, "no formula"),
+        ({"title": "One", "say": "no such words"}, "0 sentences"),
+        ({"title": "One", "say": "First", "show": "formula"}, "no formula"),
         ({"say": "First", "shows": "table"}, "unknown"),
-        ({"show": "table"}, "give the words"),
+        ({"say": "First"}, "give the slide a `title`"),
+        ({"title": "One", "show": "table"}, "give the words"),
     ],
 )
 def test_a_mark_that_finds_nothing_is_named(entry, why, tmp_path):

@@ -315,9 +315,13 @@ def test_an_older_copy_stays_beside_the_corrected_assignment(browser, site):
 
 
 @pytest.mark.rest
-def test_on_a_phone_the_notebook_has_the_page(browser, site):
-    with page_in(browser, viewport={"width": 390, "height": 800}) as page:
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_notebook_has_the_page_and_the_menus_that_it_needs(width, browser, site):
+    with page_in(browser, viewport={"width": width, "height": 800}) as page:
         page.goto(site.url)
         page.locator(".jp-Notebook .jp-Cell").first.wait_for()
         page.wait_for_function("document.querySelector('.jp-Notebook').clientWidth > 300")
         expect(page.locator("#jp-left-stack")).to_be_hidden()
+        expect(page.locator(".jp-SideBar:visible")).to_have_count(0)
+        menus = page.locator(".lm-MenuBar-itemLabel").all_inner_texts()
+        assert menus == ["File", "Edit", "Run", "Kernel"]

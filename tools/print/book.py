@@ -131,6 +131,8 @@ class Book:
             each["open"] = ""
         for quiz in article.select(".rs-quiz"):
             quiz.append(_answers(quiz, soup))
+        if answers := _answers_of(article, soup):
+            article.append(answers)
         for code in article.select("pre"):
             if code.get_text().count("\n") > LONG:
                 code["class"] = [*code.get_attribute_list("class"), "long"]
@@ -186,6 +188,34 @@ def _drawn(still: Tag, number: int) -> Tag:
     assert drawing is not None
     drawing.attrs |= {"role": "img", "aria-label": still["alt"], "class": "still"}
     return drawing
+
+
+def _answers_of(article: Tag, soup: BeautifulSoup) -> Tag | None:
+    """Return the answers to a page's predictions and exercises, which it then has no longer."""
+    section = soup.new_tag("section", attrs={"class": "rs-answers", "id": "answers"})
+    for answer in article.select(".rs-predict p:has(> .is-right:first-child)"):
+        asked = answer.find_parent("fieldset")
+        assert asked is not None and asked.legend is not None
+        section.append(_answer(asked.legend.get_text().removeprefix("Predict: "), answer, soup))
+    for box in article.select("details.sd-dropdown"):
+        if box.summary is not None and box.summary.get_text(strip=True) == "Answer":
+            before = box.find_previous_sibling("p")
+            number = before.strong.get_text() if before is not None and before.strong else ""
+            section.append(_answer(number, box.extract(), soup))
+    if not section.contents:
+        return None
+    heading = soup.new_tag("h2")
+    heading.string = "Answers"
+    section.insert(0, heading)
+    return section
+
+
+def _answer(to: str, answer: Tag, soup: BeautifulSoup) -> Tag:
+    """Return an answer behind the question, or the number of the exercise."""
+    box, asked = soup.new_tag("div"), soup.new_tag("strong")
+    asked.string = to
+    box.extend([asked, " ", answer])
+    return box
 
 
 def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:

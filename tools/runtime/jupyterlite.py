@@ -65,20 +65,23 @@ The course's library is version {version}.
 SCRIPT = Path(__file__).with_name("lab.js")
 RELEASES = "releases.json"
 """Beside the script: the digest of each notebook, which its metadata hold too."""
-_OVERRIDES = {
+NEEDLESS = ("view", "tabs", "settings", "help")
+"""Menus of JupyterLab that a student does not need."""
+_OVERRIDES: dict[str, object] = {
     # `check` reads the saved file. Two saves that meet are not two people's.
     "@jupyterlab/docmanager-extension:plugin": {
         "autosaveInterval": 30,
         "lastModifiedCheckMargin": 10_000,
     },
     "@jupyterlab/apputils-extension:notification": {"fetchNews": "false"},
-    # JupyterLite's menu lacks it.
+    # JupyterLite's menu lacks the first; the others hold nothing that an assignment asks for.
     "@jupyterlab/mainmenu-extension:plugin": {
         "menus": [
             {
                 "id": "jp-mainmenu-file",
                 "items": [{"command": "docmanager:download", "rank": 6}],
-            }
+            },
+            *({"id": f"jp-mainmenu-{name}", "disabled": True} for name in NEEDLESS),
         ]
     },
     # So that the browser's own search finds all cells.

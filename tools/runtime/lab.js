@@ -3,12 +3,17 @@
 // A reload keeps the open notebook, and Stop ends what runs.
 
 const NARROW = 760;
+/** The notebook to which the course has led: it has the page to itself. */
+const opened = new URLSearchParams(location.search).get("path");
 /** Where the pages' progress.js keeps what was done. */
 const PROGRESS = "robust-slam-progress";
 const {notebooks} = await (await fetched("releases.json", "no-cache")).json();
 const app = await started();
 await app.restored;
-if (innerWidth < NARROW) keepClosed();
+if (opened) document.head.append(Object.assign(document.createElement("style"), {
+  textContent: ".jp-SideBar { display: none; }",
+}));
+if (opened || innerWidth < NARROW) keepClosed();
 app.shell.currentChanged.connect((_, {newValue}) => turnTo(newValue));
 await turnTo(app.shell.currentWidget);
 

@@ -6,12 +6,14 @@ The page is the source, so formulas, figures and live pictures stand on a slide 
 from __future__ import annotations
 
 import copy
+import json
 import re
 from collections.abc import Iterable, Iterator
 from html import escape
 
 from bs4 import BeautifulSoup, Tag
 
+from chapters._ext.look import once
 from tools.slides.marks import BadMark, Mark
 
 KINDS = {"formula": "div.math", "table": "table", "list": "ul, ol", "box": ".admonition"}
@@ -56,7 +58,7 @@ def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> str:
         BadMark: the page does not have what a mark names.
     """
     source = Source(html, page)
-    slides = "\n".join(source.slide(mark, first=not k) for k, mark in enumerate(marks))
+    slides = once("\n".join(source.slide(mark, first=not k) for k, mark in enumerate(marks)))
     return PAGE.format(title=escape(source.title), slides=slides, page=page, course=escape(course))
 
 
@@ -78,7 +80,8 @@ class Source:
             if not block.find(["p", "ul", "ol"])
             for sentence in _sentences(block)
         ]
-        self.title = self._heading(article.select("h1")[0]).get_text()
+        self.title = article.select("h1")[0].get_text()
+        self.pictures = 0
 
     def slide(self, mark: Mark, first: bool) -> str:
         """Return one slide.
@@ -89,14 +92,15 @@ class Source:
         say = [self._sentence(words, mark) for words in mark.say]
         then = [self._sentence(words, mark) for words in mark.then]
         if mark.code is None:
-            at, block = say[0][1], self._after(say[0][1], mark) if mark.show else None
+            block = self._after(say[0][1], mark) if mark.show else None
             kind, shown = mark.show.lstrip("-"), str(block or "")
             say = [(sentence, where) for sentence, where in say if sentence not in shown]
         else:
-            at, block = self._cell(mark), None
-            kind, shown = self._of_cell(at, mark)
-        title = escape(mark.title) or self._heading(at).decode_contents()
-        head = f"<h1>{title}</h1>" if first else f"<h2>{title}</h2>"
+            block = None
+            kind, shown = self._of_cell(self._cell(mark), mark)
+        head = f"<h{2 - first}>{escape(mark.title)}</h{2 - first}>"
+        if mark.ask and kind != "picture":
+            head += f'<p class="ask">{escape(mark.ask)}</p>'
         words = [(f"<p>{sentence}</p>", where) for sentence, where in say]
         words += [(f'<p class="fragment">{sentence}</p>', where) for sentence, where in then]
         # What follows a formula or a table in the text also follows it on the slide.
@@ -153,14 +157,28 @@ class Source:
             raise BadMark(f"{mark.place}: the page has no {mark.show} of this cell")
         has = output.select_one if output else lambda _: None
         kind = "picture" if has(".rs-picture") else "figure" if has("figure") else "code"
+        if kind == "picture" and output:
+            return kind, self._picture(output, mark)
         return kind, "".join(str(part) for part in wanted)
 
-    def _heading(self, at: Tag) -> Tag:
-        if at.name == "h1":
-            return at
-        found = at.find_previous(["h1", "h2", "h3"])
-        assert isinstance(found, Tag)
-        return found
+    def _picture(self, output: Tag, mark: Mark) -> str:
+        """Return a live picture in the mark's state, under its own question or the mark's."""
+        shown = copy.copy(output)
+        self.pictures += 1
+        data = shown.select_one("script[type='application/json']")
+        question = shown.select_one(".rs-predict")
+        assert data is not None and question is not None
+        given = json.loads(data.get_text())
+        if unknown := mark.state.keys() - given["state"].keys():
+            raise BadMark(f"{mark.place}: the picture's state has no {sorted(unknown)}")
+        given["state"] |= mark.state
+        given["texts"]["title"] += f", {self.pictures}"  # what it cuts off is found by this name
+        data.string = json.dumps(given, ensure_ascii=False).replace("</", "<\\/")
+        if mark.ask:
+            for part in question.select(".rs-choices > *, [role='status'] > *"):
+                part.decompose()
+            question.select("legend")[0].string = mark.ask
+        return shown.decode_contents()
 
 
 def _sentences(block: Tag) -> Iterator[str]:

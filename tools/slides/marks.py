@@ -2,12 +2,14 @@
 
 A cell's metadata may hold ``slides``, a list with one entry for each slide:
 
+- ``title`` and ``ask``: the slide's heading, a claim, and the question above what is shown: what a
+  slide says in words that are not the page's;
 - ``say``: words of each sentence of the page that stands on the slide;
 - ``then``: the same, for what the next keys reveal, such as the answer to a question;
 - ``show``: what is shown. At a code cell it is ``output`` (where nothing is given), ``code``,
   ``both`` or ``question 2`` of a quiz; at text it is the next ``formula``, ``table``, ``list`` or
   ``box`` after the sentence, or with a minus, as in ``-formula``, the last one before it;
-- ``title``: the slide's heading, where the section's does not fit;
+- ``state``: what differs from the first state of the live picture that is shown;
 - ``notes`` and ``minutes``: for the lecturer alone.
 """
 
@@ -19,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 KEY = "slides"
-NAMES = {"say", "then", "show", "title", "notes", "minutes"}
+NAMES = {"title", "ask", "say", "then", "show", "state", "notes", "minutes"}
 
 
 class BadMark(ValueError):
@@ -38,6 +40,8 @@ class Mark:
     then: tuple[str, ...]
     show: str
     title: str
+    ask: str
+    state: dict[str, Any]
     notes: str
     minutes: float
 
@@ -46,7 +50,7 @@ def read(notebook: Path) -> list[Mark]:
     """Return a chapter's marks in their order.
 
     Raises:
-        BadMark: an entry has an unknown key, or nothing to say or to show.
+        BadMark: an entry has an unknown key, no title, or nothing to say or to show.
     """
     marks, code = [], -1
     for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
@@ -61,12 +65,15 @@ def read(notebook: Path) -> list[Mark]:
 def _mark(entry: dict[str, Any], place: str, code: int | None) -> Mark:
     if unknown := set(entry) - NAMES:
         raise BadMark(f"{place}: {sorted(unknown)} is unknown; use {sorted(NAMES)}")
+    if not entry.get("title"):
+        raise BadMark(f"{place}: give the slide a `title`, a sentence that claims something")
     if code is None and not entry.get("say"):
         raise BadMark(f"{place}: give the words of a sentence in `say`")
     show = entry.get("show", "" if code is None else "output")
     return Mark(
         place, code, _several(entry.get("say")), _several(entry.get("then")), show,
-        entry.get("title", ""), entry.get("notes", ""), float(entry.get("minutes", 2)),
+        entry["title"], entry.get("ask", ""), entry.get("state", {}), entry.get("notes", ""),
+        float(entry.get("minutes", 2)),
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ addEventListener("keydown", (event) => {
   deck[turn]();
 }, true);
 
-const LARGEST = { "is-picture": 1.6, "is-figure": 2.4 };
+const LARGEST = { "is-picture": 1.6, "is-figure": 2.4, "is-formula": 2.8, "is-table": 2.2 };
 
 function fit(show) {
   const shown = show.firstElementChild;

@@ -2,8 +2,8 @@ import { closeBrackets, closeBracketsKeymap } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
 import { python } from "@codemirror/lang-python";
 import { bracketMatching, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
-import { EditorState } from "@codemirror/state";
-import { drawSelection, EditorView, keymap } from "@codemirror/view";
+import { EditorState, StateEffect, StateField } from "@codemirror/state";
+import { Decoration, drawSelection, EditorView, keymap, lineNumbers } from "@codemirror/view";
 import { tagHighlighter, tags } from "@lezer/highlight";
 import { marked } from "marked";
 
@@ -39,6 +39,20 @@ const COLOURS = tagHighlighter([
   { tag: tags.definition(tags.className), class: "nc" },
 ]);
 
+/** The line that an error names, until the code changes. */
+const named = StateEffect.define();
+const NAMED = Decoration.line({ class: "rs-named-line" });
+const namedLine = StateField.define({
+  create: () => Decoration.none,
+  update(marks, { effects, docChanged, state: { doc } }) {
+    const effect = effects.find((each) => each.is(named));
+    if (!effect) return docChanged ? Decoration.none : marks;
+    const { value } = effect;
+    return value && value <= doc.lines ? Decoration.set([NAMED.range(doc.line(value).from)]) : Decoration.none;
+  },
+  provide: (field) => EditorView.decorations.from(field),
+});
+
 /**
  * An editor of Python in `parent`, with `code` to begin with. `label` names it, `hint` is the id
  * of the element that says how to run and to leave it. Shift and Enter call `run`. Tab indents;
@@ -51,6 +65,8 @@ export function openEditor({ parent, code, label, hint, run }) {
     state: EditorState.create({
       doc: code,
       extensions: [
+        lineNumbers(),
+        namedLine,
         history(),
         drawSelection(),
         indentUnit.of("    "),
@@ -67,6 +83,7 @@ export function openEditor({ parent, code, label, hint, run }) {
     }),
   });
   return {
+    mark: (line) => view.dispatch({ effects: named.of(line) }),
     code: () => view.state.doc.toString(),
     focus: () => view.focus(),
     close: () => view.destroy(),

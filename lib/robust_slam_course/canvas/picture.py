@@ -49,9 +49,9 @@ class Picture:
     ``name`` is that of its script, ``js/pictures/<name>.js``, unless it is another picture that
     is embedded again, whose script is then ``script``. ``state`` is what the reader changes,
     ``data`` what stays, both of JSON's values. ``question`` is the reader's prediction, see
-    ``quiz.prediction``, and ``tries`` are things to try; ``still`` shows the first state and
-    ``caption`` says what it shows. ``answer`` is what differs from the first state where the
-    picture shows the answer; where it is empty, readers have to find that themselves.
+    ``quiz.prediction``, and ``tries`` are one thing more to try; ``still`` shows the first state
+    and ``caption`` says what it shows. ``answer`` is what differs from the first state where the
+    picture shows the answer; where it is empty, the picture is played.
 
     Raises:
         ValueError: a text is empty, there are no things to try, ``answer`` has what ``state``
@@ -95,9 +95,7 @@ class Picture:
     def static_html(self) -> str:
         """Return the picture as HTML that needs nothing else."""
         svg = still.to_svg(self.still)
-        tries = (
-            f'<p class="rs-ask"><strong>Try: </strong>{escape(text)}</p>' for text in self.tries
-        )
+        tries = (f'<p class="rs-ask">{escape(text)}</p>' for text in self.tries)
         width, height = still.size(svg)
         return (
             f'<style>{STYLE}</style><div class="rs-picture" role="group"'

@@ -15,7 +15,7 @@ _FIRST = "A:gnc:2-9:1,1:1"
 def breaking() -> Picture:
     """Return three small towns in which the reader fools a solver with few and small outliers."""
     best = {key: found["score"] for key, found in stored("breaking.json").items()}
-    first = game.attack(_FIRST)
+    first, shown = game.attack(_FIRST), game.attack(best["A:gnc"])
     graph, truth, _ = game.town(first.town)
     spoiled = game.attacked(first)
     is_outlier = np.arange(len(spoiled.edges)) >= len(graph.edges)
@@ -32,10 +32,7 @@ def breaking() -> Picture:
             right="two",
         ),
         tries=[
-            "fool least squares with one outlier, and make its offset shorter. Where do its ends"
-            " have to be?",
-            "reach the best possible score for GNC, and copy it. Does the same attack fool"
-            " Geman–McClure, or PCM before GNC?",
+            "Town B has four inliers. With how few outliers can you fool GNC there?",
         ],
         caption=f"One outlier with an offset of {first.rank[1]:.2f} m bends the map of GNC in town"
         f" A by {game.bent(first):.2f} m, and {game.BOUND} m is enough to fool it. Outliers are"
@@ -46,8 +43,8 @@ def breaking() -> Picture:
             "ends": [first.i, first.j],
             "offset": [first.dx, first.dy],
             "count": first.count,
-            "copied": "",
         },
+        answer={"ends": [shown.i, shown.j], "offset": [shown.dx, shown.dy], "count": shown.count},
         data={
             "towns": {name: graph_data(*game.town(name)[:2], 9) for name in game.TOWNS},
             "best": {key: score and game.attack(score).rank for key, score in best.items()},

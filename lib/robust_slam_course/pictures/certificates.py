@@ -39,7 +39,7 @@ def certificate() -> Picture:
             right="only a large one",
         ),
         tries=[
-            "twist the ring again and pull the arrow beside the nail. How far has it to turn?",
+            "Twist the ring again and pull the arrow beside the nail. How far has it to turn?",
         ],
         caption="A ring of five headings, twisted once, costs"
         f" {np.trace(R @ Q @ R.T):.2f}; equal headings cost 0. The smallest eigenvalue of the"
@@ -67,7 +67,7 @@ def turning() -> Picture:
             right="60°",
         ),
         tries=[
-            "choose five headings, and find the α at which equal ones stop being best.",
+            "Choose five headings, and find the α at which equal ones stop being best.",
         ],
         caption="Three equal headings, each measured to be turned by α from the one before, and"
         " the eigenvalues of their S for every α. Up to 60° none is negative.",

@@ -41,7 +41,7 @@ def graduation() -> Picture:
             },
             right="the start",
         ),
-        tries=["up to which noise does graduation save more maps than the start?"],
+        tries=["Up to which noise does graduation save more maps than the start?"],
         caption=f"Ten towns, each with {_NOISES[0]:g} rad of noise a step at first, and the good"
         " maps among 40 of each start and of each way to solve.",
         state={"noise": 0, "tried": 0},

@@ -38,7 +38,7 @@ def kernels() -> Picture:
             },
             right="two",
         ),
-        tries=["double the threshold. Which of the four estimates moves most?"],
+        tries=["Double the threshold. Which of the four estimates moves most?"],
         caption="Above, the cost and the pull of a reading over its residual, by four kernels;"
         " beneath them the four estimates as it moves away from eight others.",
         state={"z": 0.0, "far": 0.0, "c": c},

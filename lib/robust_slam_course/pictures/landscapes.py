@@ -22,13 +22,9 @@ from robust_slam_course.style import figure_style
 
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
 _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
-_STARTS = {"four": _FOUR, "seven": _SEVEN}
 _C, _FACTOR = 2.0, 1.4
-_ANNEALED = {
-    "view": "cost", "start": "seven", "z": _SEVEN, "kind": "tls", "c": _C, "factor": _FACTOR,
-    "step": 0,
-}  # fmt: skip
-"""The first state of the script `annealing`, where its picture has no other."""
+_ANNEALED = {"kind": "tls", "c": _C, "span": [-4, 38], "view": "cost", "main": "step"}
+"""The data of the script `annealing`, where its picture has no other."""
 
 
 def annealing() -> Picture:
@@ -50,17 +46,14 @@ def annealing() -> Picture:
             right="30",
         ),
         tries=[
-            "play the run, then increase the factor of μ and drag the same reading again. How"
-            " much easier is it to make GNC fail?",
-            "choose Geman–McClure, and show the path of the estimate. In which direction does μ"
-            " move, and when does the second minimum appear?",
+            "Increase the factor of μ, play, and drag the same reading again. How much easier is"
+            " it to make GNC fail?",
         ],
         caption="Seven readings, 0 four times, 6 twice, and 24. The run begins at the mean,"
-        f" {run[0].x:.2f}, and ends at {abs(run[-1].x):.2f}. The cost shown is that of solve"
-        f" {step}, still a mild one.",
-        state=_ANNEALED,
+        f" {run[0].x:.2f}. The cost shown is that of solve {step}, still a mild one.",
+        state={"z": _SEVEN, "factor": _FACTOR, "step": 0},
         answer={"z": [*_SEVEN[:-1], 30.0]},
-        data={"starts": _STARTS},
+        data=_ANNEALED | {"z": _SEVEN},
         still=_annealing_still(run[step - 1 : step + 1]),
     )
 
@@ -84,14 +77,14 @@ def hardening() -> Picture:
             right="near 0.2",
         ),
         tries=[
-            "show the path of the estimate. In which direction does μ move?",
-            "drag the reading at 10 nearer. How near may it be if GNC is to reject it?",
+            "Increase the factor of μ. Where is the estimate then, when the second minimum"
+            " appears?",
         ],
         caption=f"Four readings, three of the {len(run) - 1} solves. The run begins at the mean,"
-        f" {run[0].x:.2f}, and ends at {run[-1].x:.2f}.",
-        state=_ANNEALED | {"start": "four", "z": _FOUR, "kind": "gm"},
+        f" {run[0].x:.2f}.",
+        state={"z": _FOUR, "factor": _FACTOR, "step": 0},
         answer={"step": 7},
-        data={"starts": _STARTS},
+        data=_ANNEALED | {"z": _FOUR, "kind": "gm", "span": [-4, 14]},
         still=_hardening_still(run),
     )
 
@@ -117,14 +110,14 @@ def factors() -> Picture:
             right="1.1 at 0, 2 at 6",
         ),
         tries=[
-            "find the largest factor with which the run ends at 0.",
-            "show the cost, and go to the solve at which the estimate turns back.",
+            "With a factor of 1.1, go to the solve at which the estimate turns back. How many"
+            " minima has the cost there?",
         ],
         caption="The paths of the estimate with four factors of μ. With the usual one it ends at"
-        f" {end.x:.2f} after {len(end.history) - 1} solves, and 2 of 7 readings are kept.",
-        state=_ANNEALED | {"view": "path", "z": readings, "step": 10**6},
+        f" {end.x:.0f} after {len(end.history) - 1} solves, and 2 of 7 readings are kept.",
+        state={"z": readings, "factor": _FACTOR, "step": 10**6},
         answer={"factor": 1.1},
-        data={"starts": _STARTS, "main": "factor"},
+        data=_ANNEALED | {"z": readings, "view": "path", "main": "factor"},
         still=_factors_still({f"factor {each:g}": run.history for each, run in runs.items()}),
     )
 
@@ -148,22 +141,17 @@ def basins() -> Picture:
             right="0",
         ),
         tries=[
-            "choose Cauchy and one reading at each place, and show all starts. At which c do"
-            " the two minima become one?",
-            "choose TLS with c = 1 and drag the start between the readings. Which way does the"
-            " descent go?",
+            "Choose Cauchy, and drag the start over the whole axis. Which starts end at the"
+            " outlier now?",
         ],
         caption=f"The TLS cost with c = {kernel.scale:g} of twenty readings at 0 and one at 10."
         f" From {start:g} IRLS ends at {run.x:g}, where {run.weights.sum():g} of {crowd.size}"
         " readings is kept; the lowest cost is at 0.",
-        state={
-            "readings": "crowd", "z": [0.0, 10.0], "kernel": "tls", "c": kernel.scale,
-            "sigma": 1.0, "start": start, "view": "cost",
-        },
+        state={"z": [0.0, 10.0], "kernel": "tls", "sigma": 1.0, "start": start, "tried": {}},
         answer={"sigma": 3.0},
-        data={"z": [0.0, 10.0], "times": {"crowd": [20, 1], "pair": [1, 1]}},
+        data={"z": [0.0, 10.0], "times": [20, 1], "c": kernel.scale},
         still=_basins_still(crowd, kernel, run.history),
-    )  # fmt: skip
+    )
 
 
 @figure_style()

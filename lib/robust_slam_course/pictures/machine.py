@@ -47,7 +47,7 @@ def machine() -> Picture:
             },
             right="none",
         ),
-        tries=["which dial lights a lamp, and what has failed there, a measurement or a search?"],
+        tries=["Which dial lights a lamp, and what has failed there, a measurement or a search?"],
         caption=f"With every dial at 0 the map is {data['dials'][0]['runs'][0]['off']:.2f} m off"
         " the true path (dotted); the dashed outliers are rejected.",
         state={"dial": 0, "value": 0, "tried": [0] * len(_DIALS)},

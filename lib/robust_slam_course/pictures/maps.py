@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from robust_slam.consistency import pcm
 from robust_slam.drawing import draw_map
 from robust_slam.estimators import chi_square_threshold, gnc, switchable
-from robust_slam.graphs import se2
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.metrics import align
 from robust_slam.graphs.outliers import add_aliased_closures
@@ -24,13 +23,6 @@ from robust_slam_course.plots.consistency import draw_consistency
 from robust_slam_course.plots.opening import draw_opening, three_maps
 from robust_slam_course.quiz import ask
 from robust_slam_course.style import figure_style
-
-# No two of these ends stand at one crossing of the town, so that each can be taken hold of.
-_LONE = [
-    [44, 36], [12, 30], [46, 37], [13, 28], [14, 43],
-    [40, 47], [38, 41], [32, 45], [33, 35], [31, 11],
-]  # fmt: skip
-
 
 _AGREEING = 9  # wrong closures (i, j), (i + 1, j + 1), … that follow from one displacement
 
@@ -55,24 +47,23 @@ def opening() -> Picture:
             right="nearly all",
         ),
         tries=[
-            "reject outliers, and drag again. Then add more wrong closures: how many of them stay"
-            " in the map that the robust solver (GNC, chapter 5) returns?",
+            "Reject outliers, and add wrong closures: how many of them get into the map that the"
+            " robust solver (GNC, chapter 5) returns?",
         ],
         caption="Three maps of one drive. Without the wrong closure least squares follows the true"
         " path; with it, nearly the whole map folds; a robust kernel restores the path.",
-        state={"robust": False, "wrong": wrong},
-        answer={"robust": True},
+        state={"robust": False, "wrong": wrong, "joined": False},
+        answer={"joined": True},
         data=graph_data(graph, truth),
         still=draw_opening(three_maps(graph, *with_wrong(graph, wrong), truth)),
     )
 
 
 def cycles() -> Picture:
-    """Return a town and a pentagon whose poses the reader joins by wrong closures."""
-    town, truth = manhattan(100, np.random.default_rng(2), side=9, turn=0.25, closures=12)
-    places = {"town": (town, truth, 0.4), "pentagon": (*_pentagon(), 0.5)}
-    joins = {"town": [[36, 69]], "pentagon": [[0, 2]]}
-    folded, is_outlier = with_wrong(town, joins["town"])
+    """Return a town in which the reader moves a wrong closure, and what it bends."""
+    graph, truth = manhattan(100, np.random.default_rng(2), side=9, turn=0.25, closures=12)
+    wrong = [36, 69]
+    folded, is_outlier = with_wrong(graph, [wrong])
     return Picture(
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
@@ -88,34 +79,16 @@ def cycles() -> Picture:
             right="33",
         ),
         tries=[
-            "drag an end of the dashed closure, and make its σ small: which edges look worse than"
-            " the wrong one?",
-            "choose the pentagon and take its correct closure away. Find a wrong closure that"
-            " leaves two edges without a residual.",
+            "Make the σ of the wrong closure small: which edges look worse than the wrong one?",
         ],
         caption="A town drawn by least squares with one wrong closure (dashed), over the dotted"
         " true path. It pulls the top right corner of the town on to the bottom street and bends"
         " every other edge except the four at each end of the drive.",
-        state={"place": "town", "correct": True, "sigma": 0.05, **joins},
+        state={"correct": True, "sigma": 0.05, "wrong": wrong},
         answer={"correct": False},
-        data={
-            name: {**graph_data(graph, poses), "turn": turn}
-            for name, (graph, poses, turn) in places.items()
-        },
+        data={**graph_data(graph, truth), "turn": 0.4},
         still=map_still(folded, PoseGraphProblem(folded).initial(), truth, is_outlier),
     )
-
-
-def _pentagon() -> tuple[PoseGraph, Array]:
-    """Return five poses on a pentagon with exact measurements, the last closes it; the truth."""
-    step = np.array([1.0, 0.0, 2.0 * np.pi / 5.0])
-    truth = np.zeros((5, 3))
-    for k in range(4):
-        truth[k + 1] = se2.compose(truth[k], step)
-    sigma = np.array([0.1] * 4 + [0.05])
-    information = np.diag([1.0, 1.0, 4.0]) / sigma[:, None, None] ** 2
-    edges = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)])
-    return PoseGraph(5, edges, np.tile(step, (5, 1)), information, sigma == 0.1), truth
 
 
 _END = 42
@@ -143,13 +116,13 @@ def showcase() -> Picture:
         {
             "nowhere": f"This is no vote against ten correct ones: from {lost} of {places} places"
             " the nine win.",
-            "some places": f"From {lost} of {places}, most of them near the beginning of the"
-            " drive, where the map of least squares has hidden their error.",
+            "some places": f"From {lost} of {places}, most near the beginning of the drive, where"
+            " least squares has hidden their error.",
             "everywhere": f"GNC rejects all nine from most places, but from {lost} of {places}"
             " they win.",
         },
         "some places",
-        "choose least squares, and drag to where GNC is lost. Which places has the start bent?",
+        "Choose least squares, and drag to where GNC is lost. Which places has the start bent?",
         {"place": 3, "tried": {"gnc squares": _tried("gnc squares")}},
         place=9,
         tried={},
@@ -174,7 +147,7 @@ def starts() -> Picture:
             " wrong closures that do not fit.",
         },
         "one",
-        "from which places do the switches follow the nine, from either start?",
+        "From which places do the switches follow the nine, from either start?",
         {
             "start": "odometry",
             "place": exception,
@@ -235,12 +208,10 @@ def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Fig
 
 
 def consistency() -> Picture:
-    """Return the closures of a town, which of them agree, and how far their switches open."""
+    """Return the closures of a town, and which of them agree."""
     rng = np.random.default_rng(3)
     graph, truth = manhattan(48, rng, side=4, turn=0.35, closures=8)
-    misled, is_outlier = add_aliased_closures(graph, 1, 1, size=9, poses=truth, apart=1.5)
-    lone, group = _LONE, misled.edges[-9].tolist()
-    chosen = {"lone": lone, "group": group}
+    misled, is_outlier = add_aliased_closures(graph, 1, 1, size=_AGREEING, poses=truth, apart=1.5)
     return Picture(
         name="consistency",
         title="Who agrees with whom",
@@ -258,24 +229,14 @@ def consistency() -> Picture:
             right="two",
         ),
         tries=[
-            "drag an end of the nine over the map. Where do the switches find the inliers,"
-            " although PCM does not?",
-            "let the outliers disagree, and drag one of them until it agrees with an inlier. What"
-            " happens when you then raise the threshold?",
+            "Let switches draw the map, and drag an end of the nine. Where do switches find the"
+            " inliers, although PCM does not?",
         ],
         caption="Left: the map that PCM and least squares give, over the true path (dotted)."
         " Right: the closures, joined where two agree; the nine outliers are the largest set.",
-        state={
-            "count": 9,
-            "agree": True,
-            "gamma": 3.37,
-            "map": "pcm",
-            "beside": "ring",
-            **chosen,
-            "chosen": 0,
-        },
+        state={"count": _AGREEING, "map": "pcm", "group": misled.edges[-_AGREEING].tolist()},
         answer={"count": 7},
-        data={**graph_data(graph, truth, 4), **chosen},
+        data={**graph_data(graph, truth, 4), "gamma": 3.37},
         still=_agreement(misled, is_outlier, truth),
     )
 

@@ -48,17 +48,13 @@ def leverage() -> Picture:
             right="about ½ m",
         ),
         tries=[
-            "choose Cauchy and lower the reading until it pulls hardest. Then choose TLS and find"
-            " the height at which it rejects the reading.",
-            "choose Huber and move the reading to place 16, at a height of 6 m, where its leverage"
-            " is large. Does any kernel reject it there?",
+            "Move the reading to place 16, at a height of 6 m, where its leverage is large. Does"
+            " any kernel reject it there?",
         ],
-        caption=f"Least squares: reading {_DOOR} is {pull:.1f}σ above the fit and pulls up with"
-        f" {pull:.1f} (no limit). At place {_DOOR} the fit is {high:.2f} m too high. The reading’s"
-        f" leverage is {leverage:.2f}.",
+        caption=f"Least squares lets this reading pull with {pull:.1f}, {pull:.1f}σ above the"
+        f" line. The line is {high:.2f} m too high at place {_DOOR}. Leverage: {leverage:.2f}.",
         state={
-            "kernel": "squared", "beside": "curve", "held": _DOOR,
-            "p": p.tolist(), "y": y.round(3).tolist(),
+            "kernel": "squared", "held": _DOOR, "p": p.tolist(), "y": y.round(3).tolist(),
         },
         # There its residual is c.
         answer={"kernel": "cauchy", "y": np.where(p == _DOOR, 3.57, y).round(3).tolist()},
@@ -104,7 +100,7 @@ def majoriser() -> Picture:
             right="near 0",
         ),
         tries=[
-            "raise σ until the ribbon stays green. Then choose Huber, and TLS: what does the"
+            "Raise σ until the ribbon stays green. Then choose Huber, and TLS: what does the"
             " majoriser of TLS look like at 3?",
         ],
         caption=f"Cauchy: from {start:g} the first step goes to {second.x:.2f}, and IRLS ends at"

@@ -47,14 +47,11 @@ def robots() -> Picture:
             right="two",
         ),
         tries=[
-            "give C exactly one correct closure. Which of the two is rejected, and could a robot"
-            " know better?",
-            "give C all eight, and play. When is the wrong closure rejected? Add"
-            " another, and drag its ends.",
+            "Show what each robot knows: its own poses, and as rings those that it was sent. Which"
+            " poses of the others does C need?",
         ],
-        caption="The robots have just met. C’s only closure is wrong, and it is kept: its"
-        " residual is 0, since nothing contradicts it."
-        f" B is {off_b:.2f} m off, C {off_c:.2f} m.",
+        caption="When the robots have just met, C trusts its wrong closure, which nothing"
+        f" contradicts. It is {off_c:.2f} m off, and B {off_b:.2f} m.",
         state={"wrong": _MEETING, "correct": 0, "round": 0, "views": False},
         answer={"correct": 2, "round": 53},
         data={

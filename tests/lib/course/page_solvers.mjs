@@ -46,10 +46,9 @@ const SOLVERS = {
     const history = solved.history.map(({ weights, cost, mu, x }) => ({ weights, cost, mu, x }));
     return { ...solved, history };
   },
-  landscapes: ({ z, times, sigma, kernel, c, span, count, starts }) => {
+  landscapes: ({ z, times, sigma, kernel, c, span, count }) => {
     const cost = page.sampledCost(z, sigma, (u) => page.KERNELS[kernel].rho(u, c), span, count, times);
-    const ends = page.locationEnds(z, sigma, kernel, c, starts, { tol: 1e-14, times });
-    return { cost, minima: page.minimaOf(cost), ...ends };
+    return { cost, minima: page.minimaOf(cost) };
   },
   descents: ({ graph, start, weights, method, tol, limit }) =>
     page[method](page.makeGraph(graph), Float64Array.from(start), weights, tol, limit),

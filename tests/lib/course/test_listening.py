@@ -82,8 +82,9 @@ def town(opening: Picture, seed: int) -> Picture:
     i, j = 0, 0
     while j - i < 10 or np.linalg.norm(truth[i, :2] - truth[j, :2]) < 3.0:
         i, j = sorted(rng.choice(60, 2, replace=False).tolist())
-    state, data = {"robust": False, "wrong": [[i, j]]}, graph_data(graph, truth)
-    return replace(opening, state=state, data=data, still=plt.figure())
+    state = {"robust": False, "wrong": [[i, j]], "joined": True}
+    data = graph_data(graph, truth)
+    return replace(opening, state=state, data=data, still=plt.figure(), answer={})
 
 
 @pytest.fixture(scope="module")

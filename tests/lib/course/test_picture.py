@@ -52,7 +52,7 @@ class TestPage:
         assert "A &lt;/script&gt; &amp; &lt;b&gt;title&lt;/b&gt;" in html
         assert html.count("</script>") == 3 and "<!--" not in html
         words = unescape(re.sub(r"<[^>]+>", "", html.split("<script>")[0]))
-        assert "Predict: What <b>?" in words and "Try: move it" in words
+        assert "Predict: What <b>?" in words and "move it" in words
         assert html.count("What is seen.") == 2, "as the still picture's words and as its caption"
 
     def test_the_same_picture_is_the_same_page(self):

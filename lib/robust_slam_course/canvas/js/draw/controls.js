@@ -101,7 +101,7 @@ const BEAT = 450; // ms
 
 function player(spec, change, calm) {
   const input = htmlElement("input", { type: "range", min: 0, step: 1, "data-control": spec.name });
-  const play = htmlElement("button", { type: "button", "data-control": `play-${spec.name}` }, "Play");
+  const play = htmlElement("button", { type: "button", "data-control": `play-${spec.name}` }, calm.matches ? "Step" : "Play");
   const value = htmlElement("span", { class: "rs-value", "aria-hidden": "true" });
   let timer = 0;
   // While it plays, a screen reader that stands on the slider shall not read every step.
@@ -109,7 +109,7 @@ function player(spec, change, calm) {
   const stop = () => {
     clearInterval(timer);
     timer = 0;
-    play.textContent = "Play";
+    play.textContent = calm.matches ? "Step" : "Play";
     say();
   };
   const forward = () => {
@@ -121,13 +121,18 @@ function player(spec, change, calm) {
   play.addEventListener("click", () => {
     if (timer) return stop();
     const ended = Number(input.value) >= Number(input.max);
-    // Readers who asked for less movement get the last step at once.
-    if (calm.matches) return change({ [spec.name]: ended ? 0 : Number(input.max) });
-    change({ [spec.name]: ended ? 0 : Number(input.value) });
+    // Readers who asked for less movement go step by step.
+    if (calm.matches) return change({ [spec.name]: ended ? 0 : Number(input.value) + 1 });
+    return run(ended ? 0 : Number(input.value));
+  });
+  const run = (from) => {
+    stop();
+    change({ [spec.name]: from });
     play.textContent = "Pause";
     timer = setInterval(forward, spec.beat ?? BEAT);
-    return undefined;
-  });
+  };
+  /** From the first step to the last; at once for readers who asked for less movement. */
+  const runAll = () => (calm.matches ? change({ [spec.name]: LAST_STEP }) : run(0));
   const show = (state, result) => {
     input.max = spec.count(state, result);
     input.value = state[spec.name];
@@ -135,5 +140,5 @@ function player(spec, change, calm) {
     if (!timer) say();
   };
   const label = htmlElement("label", {}, htmlElement("span", {}, spec.label), input, value);
-  return { element: htmlElement("span", { class: "rs-player" }, label, play), show };
+  return { element: htmlElement("span", { class: "rs-player" }, label, play), show, name: spec.name, play: runAll };
 }

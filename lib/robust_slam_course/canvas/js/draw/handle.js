@@ -1,8 +1,13 @@
 import { KEYS_STAY, setAttributes } from "./scene.js";
 
-const ARROWS = {
-  ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1],
-  PageDown: [-10, -10], PageUp: [10, 10],
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
+
+/** To the ends of a range, and by a tenth of it, as from a value `now`. */
+const KEYS = {
+  Home: ({ now, least }) => least - now,
+  End: ({ now, most }) => most - now,
+  PageDown: ({ least, most }) => (least - most) / 10,
+  PageUp: ({ least, most }) => (most - least) / 10,
 };
 
 /**
@@ -10,7 +15,8 @@ const ARROWS = {
  * - `x`, `y`: where it is, in the scene's pixels; `shape`: "circle", "square" or "diamond"
  * - `label`, `text`, `now`, `least`, `most`: its name, and its value as words and as a number
  * - `drag(x, y)`: the pointer is at these pixels
- * - `step(right, up)`: an arrow key, in steps (ten with Page Up, Page Down or Shift)
+ * - `step(right, up)`: a key, in steps, of which an arrow is one and with Shift ten; `unit`: how much a
+ *   step changes the value, 1 where absent
  * - `remove()`: Delete or Backspace, where there is something to remove
  * - `look`: a class of the style sheet
  */
@@ -78,11 +84,14 @@ function listen(element, scene) {
   }
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const { remove, step } = element.options;
+    const { remove, step, unit = 1 } = element.options;
     if (remove && (event.key === "Delete" || event.key === "Backspace")) remove();
     else if (ARROWS[event.key]) {
       const times = event.shiftKey ? 10 : 1;
       step(...ARROWS[event.key].map((count) => count * times));
+    } else if (KEYS[event.key]) {
+      const far = KEYS[event.key](element.options) / unit;
+      step(0, Math.round(far) || Math.sign(far));
     } else return;
     event.preventDefault();
   });

@@ -13,7 +13,6 @@ const NAMED = {
   c: '[data-control="c"]',
   σ: '[data-control="sigma"]',
   μ: '[data-control="step"]',
-  γ: '[data-control="gamma"]',
   α: '[data-control="alpha"]',
 };
 const WORDS = new RegExp(`\\b((?:${Object.keys(NAMED).filter((name) => name[1]).join("|")})s?)\\b`, "i");
@@ -64,6 +63,8 @@ export function linkWords(el, root) {
     named.add(name);
     const [look = ""] = NAMED[name].match(/is-\w+/) ?? [];
     const word = htmlElement("button", { type: "button", class: `rs-word ${look}`, ...KEYS_STAY });
+    // A formula alone is no name.
+    if (shown instanceof Element) word.ariaLabel = shown.textContent;
     for (const kind of ["mouseenter", "focus"]) word.addEventListener(kind, () => light(el, NAMED[name]));
     for (const kind of ["mouseleave", "blur"]) word.addEventListener(kind, () => light(el, null));
     shown.replaceWith(word);

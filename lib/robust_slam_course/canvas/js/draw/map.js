@@ -85,12 +85,12 @@ export function nearestPose(poses, x, y, allowed = () => true) {
  * The two ends of each closure in `closures` as handles on `poses`. An end snaps to the
  * nearest pose; arrows move it along the drive. `edit(list)` is told the new closures;
  * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses,
- * `first` the number of the first pose as it is spoken, `key` what the handles' keys begin with.
+ * `first` the number of the first pose as it is spoken, `last` the last that may be joined, `key` what
+ * the handles' keys begin with.
  */
 export function putClosureHandles(scene, map, poses, closures, edit, {
-  gap = 2, removable = true, noun = "Closure", first = 0, key = "closure",
+  gap = 2, removable = true, noun = "Closure", first = 0, key = "closure", last = poses.length / 3 - 1,
 } = {}) {
-  const last = poses.length / 3 - 1;
   closures.forEach((closure, number) => [0, 1].forEach((end) => {
     const [here, there] = [closure[end], closure[1 - end]];
     const move = (pose) => edit(closures.map((other, k) => {
@@ -103,14 +103,14 @@ export function putClosureHandles(scene, map, poses, closures, edit, {
       label: `${noun} ${number + 1}, ${end ? "second" : "first"} end`,
       text: `pose ${here + first}`, now: here + first, least: first, most: last + first,
       drag: (px, py) => move(nearestPose(
-        poses, map.fromX(px), map.fromY(py), (k) => Math.abs(k - there) >= gap,
+        poses, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - there) >= gap,
       )),
       step: (right, up) => {
         const steps = right || up;
-        let pose = here + steps;
-        // Past the other end, on to the first pose on its far side.
-        if (Math.abs(pose - there) < gap) pose = there + Math.sign(steps) * gap;
-        move(Math.min(last, Math.max(0, pose)));
+        const to = Math.min(last, Math.max(0, here + steps));
+        // Past the other end, on to the first pose on its far side, or where there is none, on this side.
+        const [far, near] = [there + Math.sign(steps) * gap, there - Math.sign(steps) * gap];
+        move(Math.abs(to - there) >= gap ? to : far >= 0 && far <= last ? far : near);
       },
       remove: removable ? () => edit(closures.filter((_, k) => k !== number)) : undefined,
     });

@@ -1,4 +1,4 @@
-import { htmlElement, makeControl, valuesWithin } from "./controls.js";
+import { LAST_STEP, htmlElement, makeControl, valuesWithin } from "./controls.js";
 import { Glide } from "./glide.js";
 import { lightTwins, linkText, linkWords } from "./lighting.js";
 import { stateFromHash, stateToHash } from "./link.js";
@@ -14,8 +14,9 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
  * differs from the first state where the answer to the question is seen; `set` and `save_changes`
  * hand the state back to Python. `spec` says what is particular:
  * - `controls`: see `makeControl`
- * - `main`: names (or labels, of buttons) of the controls that stand below the drawing; the others
- *   are folded away, unless a link brings one of them in another state
+ * - `main`: names (or labels, of buttons) of the controls that stand below the drawing; the one that
+ *   is left is folded away, unless a link brings it in another state
+ * - `joins`: an answer to the question brings the picture at once where it is seen
  * - `clean(state, data)`: the nearest state that is possible, of what no control bounds; a link may
  *   hold any (may be absent)
  * - `solve(state, data)`: all that follows from a state
@@ -97,14 +98,27 @@ export function livePicture({ model, el }, spec) {
     model.save_changes();
   }
 
-  parts.reset.addEventListener("click", () => change(first));
-  if (Object.keys(answer).length) offerToShow(el, () => change({ ...first, ...answer }));
+  // What the answer leaves to time is played.
+  const players = parts.controls.filter(({ play, name: own }) => play && spec.main.includes(own) && !(own in answer));
+  const shows = () => {
+    change({ ...first, ...answer });
+    for (const { play } of players) play();
+  };
+  parts.reset.addEventListener("click", () => {
+    el.querySelector(".rs-predict").reset();
+    change(first);
+  });
+  offerToShow(el, shows);
+  if (spec.joins) el.querySelector(".rs-predict").addEventListener("change", shows);
   parts.link.addEventListener("click", async () => {
     window.history.replaceState(null, "", stateToHash(name, state, first));
-    parts.link.textContent = "Now in the address";
-    setTimeout(() => { parts.link.textContent = LINK; }, 2500);
+    nameIcon(parts.link, "The address has this state now");
+    setTimeout(() => nameIcon(parts.link, LINK), 2500);
     await navigator.clipboard?.writeText(window.location.href).catch(() => {});
   });
+  const played = Object.fromEntries(players.map((each) => [each.name, LAST_STEP]));
+  const printing = () => putOnPaper(parts, spec, view, [first, { ...first, ...played, ...answer }], clean);
+  window.addEventListener("beforeprint", printing);
   const unfold = () => {
     const shown = linked();
     const other = (each) => JSON.stringify(shown[each]) !== JSON.stringify(first[each]);
@@ -134,13 +148,57 @@ export function livePicture({ model, el }, spec) {
   el.dataset.live = "";
   return () => {
     window.removeEventListener("hashchange", follow);
+    window.removeEventListener("beforeprint", printing);
     resized.disconnect();
     cancelAnimationFrame(asked);
     clearTimeout(spoken);
   };
 }
 
-const LINK = "Link to this state";
+const [RESET, LINK] = ["Back to the first state", "Copy a link to this state"];
+const [PAPER, SHARES] = [340, [0, 0.5, 1]]; // pixels, as on a phone; from the first state to the answer
+
+/** Name a button that is an icon, to eyes and ears. */
+function nameIcon(button, name) {
+  setAttributes(button, { "aria-label": name, title: name });
+}
+
+/** An icon that is pressed, of the path `d` in a square of 16. */
+function iconButton(control, name, d) {
+  const button = htmlElement("button", { type: "button", "data-control": control });
+  button.innerHTML = `<svg viewBox="0 0 16 16" aria-hidden="true"><path d="${d}"/></svg>`;
+  nameIcon(button, name);
+  return button;
+}
+
+/** Before it is printed a picture is drawn three times, between the states `ends`; afterwards these go. */
+function putOnPaper(parts, spec, view, ends, clean) {
+  const states = SHARES.map((share) => clean(between(...ends, share)));
+  const seen = states.filter((state, k) => k < 1 || JSON.stringify(state) !== JSON.stringify(states[k - 1]));
+  const row = htmlElement("div", { class: "rs-paper" });
+  parts.stage.after(row);
+  seen.forEach((state, k) => {
+    const [figure, result] = [htmlElement("figure"), spec.solve(state, view.data)];
+    row.append(figure);
+    const scene = new Scene(figure, `${view.picture.ariaLabel} ${k}`);
+    const shown = Float64Array.from(spec.moving ? spec.moving(result) : []);
+    const drawn = { ...view, state, result, shown, width: PAPER, height: (spec.height ?? stageHeight)(PAPER) };
+    scene.begin(PAPER, drawn.height, [...spec.layers, "handles"]);
+    spec.draw(scene, drawn);
+    scene.end();
+    figure.append(htmlElement("figcaption", {}, spec.caption(drawn)));
+  });
+  window.addEventListener("afterprint", () => row.remove(), { once: true });
+}
+
+/** From `one` value to the `other`, a share of the way: numbers, and lists and states of them. */
+function between(one, other, share) {
+  if (share === 1) return other;
+  if (typeof one === "number" && typeof other === "number") return one + share * (other - one);
+  if (!one || !other || typeof one !== "object") return one;
+  const way = Object.keys(one).map((key) => [key, between(one[key], other[key], share)]);
+  return Array.isArray(one) ? way.map(([, value]) => value) : Object.fromEntries(way);
+}
 
 /** The words of a readout; figures that the text before had not are strong. */
 function wordsOf(text, before) {
@@ -152,34 +210,32 @@ function wordsOf(text, before) {
   ));
 }
 
-/** The picture's frame: question, stage, main controls, readout; all else is folded. */
+/** The picture's frame: question, stage, main controls, readout; one more question is folded. */
 function frame(el, texts, spec, change, calm) {
   const controls = spec.controls.map((control) => makeControl(control, change, calm));
   const row = (wanted) => htmlElement("div", { class: "rs-controls" }, ...controls
     .filter((_, k) => wanted(spec.controls[k])).map(({ element }) => element));
   const isMain = ({ name, label }) => spec.main.includes(name ?? label);
-  const tries = texts.tries.map((text) => htmlElement(
-    "p", { class: "rs-ask" }, htmlElement("strong", {}, "Try: "), text,
-  ));
+  const tries = texts.tries.map((text) => htmlElement("p", { class: "rs-ask" }, text));
   const parts = {
     controls,
     stage: htmlElement("div", { class: "rs-stage" }),
     caption: htmlElement("p", { class: "rs-caption" }),
     spoken: htmlElement("p", { class: "rs-spoken", "aria-live": "polite" }),
-    reset: htmlElement("button", { type: "button", "data-control": "reset" }, "Reset"),
-    link: htmlElement("button", { type: "button", "data-control": "link" }, LINK),
+    reset: iconButton("reset", RESET, "M3 3v4h4M3.2 7a5 5 0 1 1-.2 3"),
+    link: iconButton("link", LINK, "M7 9 9.5 6.5M6 6 4 8a2.8 2.8 0 0 0 4 4l2-2M10 10l2-2a2.8 2.8 0 0 0-4-4L6 6"),
     folded: spec.controls.filter((each) => each.name && !isMain(each)).map(({ name }) => name),
   };
   parts.more = htmlElement(
     "details", { class: "rs-folded" }, htmlElement("summary", KEYS_STAY, "More to try"),
-    row((each) => !isMain(each)), ...tries,
-    htmlElement("div", { class: "rs-buttons" }, parts.reset, parts.link),
+    ...tries, row((each) => !isMain(each)),
   );
   el.classList.add("rs-picture");
   el.setAttribute("role", "group");
   el.setAttribute("aria-label", texts.title);
   el.replaceChildren(
-    predictionOf(el, texts.question), parts.stage, row(isMain), parts.caption, parts.spoken, parts.more,
+    predictionOf(el, texts.question), parts.stage, row(isMain), parts.caption, parts.spoken,
+    htmlElement("div", { class: "rs-icons" }, parts.link, parts.reset), parts.more,
   );
   return parts;
 }
@@ -191,11 +247,11 @@ function predictionOf(el, html) {
   return el.querySelector(".rs-predict") ?? template.content.firstElementChild;
 }
 
-/** Put a button into each answer that calls `show`, which brings the picture where it is seen. */
+/** Put a button behind each answer that calls `show`, which brings the picture where it is seen. */
 function offerToShow(el, show) {
-  for (const acts of el.querySelectorAll(".rs-predict .rs-acts")) {
+  for (const said of el.querySelectorAll(".rs-predict [role='status'] p")) {
     const button = htmlElement("button", { type: "button", "data-show": true, ...KEYS_STAY }, "Show it");
     button.addEventListener("click", show);
-    acts.prepend(button, " ");
+    said.append(" ", button);
   }
 }

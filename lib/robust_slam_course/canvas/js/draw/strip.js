@@ -2,32 +2,24 @@ import { numberText } from "./number.js";
 import { sideBySide } from "./stage.js";
 
 const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 28, 40, 4, 14, 34];
-const [LINE, LETTER] = [15, 8.5]; // pixels of a row of names, and of a letter
 
 /**
- * A strip of bars over a logarithmic or, with `axis.linear`, a linear axis, in the box `{x, y, width, height}` (pixels). Each of
- * `groups` is `{name, share, bars}`: the share of the width that it takes, and its bars
- * `{value, look?, style?, name?, text?, part?}`, with `text` above a bar and `name` below it;
- * `part` is the key of the edge that it measures. `axis` is
- * `{domain: [low, high], ticks, label, line?: {value, text}, linear?}`. A value at or below `low` has no
- * bar. Returns `toY` from a value to pixels.
+ * A strip of values in the box `{x, y, width, height}` (pixels): bars over a linear axis, and over a
+ * logarithmic one, which has no zero, dots. Each of `groups` is `{name, share, bars}`: the share of
+ * the width that it takes, and its values `{value, look?, style?, part?}`; `part` is the key of the edge
+ * that one measures. `axis` is `{domain: [low, high], ticks, label, line?: {value, text}, linear?}`. A
+ * value below `low` is drawn there.
  */
 export function putStrip(scene, layer, key, box, groups, axis) {
-  const top = TOP + (groups.some(({ bars }) => bars.some(({ text }) => text)) ? LINE : 0);
-  const inner = { x: box.x + LEFT, y: box.y + top, width: box.width - LEFT - RIGHT, title: box.y + 15 };
+  const inner = {
+    x: box.x + LEFT, y: box.y + TOP, width: box.width - LEFT - RIGHT, height: box.height - TOP - BOTTOM,
+  };
   const parts = sideBySide(inner, groups.map(({ share }) => share), APART);
-  // Names that are wider than their bars take turns in two rows.
-  const rows = groups.some(({ bars }, k) => bars.some(
-    ({ name = "" }) => LETTER * name.length > parts[k].width / bars.length,
-  )) ? 2 : 1;
-  inner.height = box.height - top - BOTTOM - LINE * (rows - 1);
   const toY = stripScale(inner, axis);
   putStripAxis(scene, layer, key, inner, toY, axis);
   groups.forEach((group, k) => {
-    const part = { ...parts[k], y: inner.y, height: inner.height };
-    putGroup(scene, layer, `${key}-${k}`, part, toY, group, rows);
+    putGroup(scene, layer, `${key}-${k}`, { ...parts[k], y: inner.y, height: inner.height }, toY, group, axis);
   });
-  return toY;
 }
 
 /** From a value to pixels over the height of `inner`. */
@@ -45,34 +37,27 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
     scene.path(layer, `${key}-y-${value}`, "rs-grid", `M${inner.x} ${y}h${inner.width}`);
     scene.text(layer, `${key}-yt-${value}`, inner.x - 6, y + 5, numberText(value), "rs-tick", "end");
   }
-  scene.text(layer, `${key}-yl`, inner.x - LEFT + 2, inner.title, label);
+  const title = inner.y - TOP + 15;
+  scene.text(layer, `${key}-yl`, inner.x - LEFT + 2, title, label);
   if (!line) return;
   const y = toY(line.value);
   scene.put(layer, `${key}-line`, "path", {
     class: "is-muted", d: `M${inner.x} ${y}h${inner.width}`, "stroke-dasharray": "5 4",
   });
-  scene.text(layer, `${key}-line-text`, inner.x + inner.width, inner.title, line.text, "rs-tick", "end");
+  scene.text(layer, `${key}-line-text`, inner.x + inner.width, title, line.text, "rs-tick", "end");
 }
 
-function putGroup(scene, layer, key, inner, toY, { name, bars }, rows) {
+function putGroup(scene, layer, key, inner, toY, { name, bars }, { linear }) {
   const floor = inner.y + inner.height;
   const slot = Math.min(WIDEST, inner.width / Math.max(bars.length, 1));
   const first = inner.x + 0.5 * (inner.width - slot * bars.length);
-  const named = bars.some((bar) => bar.name);
-  bars.forEach((bar, number) => {
-    const x = first + (number + 0.5) * slot;
-    const tall = floor - toY(bar.value);
-    if (tall > 0.5) {
-      scene.put(layer, `${key}-${number}`, "path", {
-        class: bar.look ?? "is-muted", "data-part": bar.part, d: `M${x.toFixed(1)} ${floor}v${(-tall).toFixed(1)}`,
-        "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1),
-        style: `${bar.style ?? ""};stroke-linecap:butt;stroke-dasharray:none`,
-      });
-    }
-    const put = (part, y, words) => scene.text(layer, `${key}-${number}-${part}`, x, y, words, "rs-tick", "middle");
-    if (bar.text) put("u", toY(bar.value) - 4, bar.text);
-    if (bar.name) put("n", floor + LINE * (1 + (number % rows)), bar.name);
+  bars.forEach(({ value, look = "is-muted", style = "", part }, number) => {
+    const [x, y] = [first + (number + 0.5) * slot, toY(value)].map((each) => each.toFixed(1));
+    const own = linear
+      ? { class: look, d: `M${x} ${floor}V${y}`, "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1) }
+      : { class: "rs-dots", d: `M${x} ${y}h0` };
+    const cap = linear ? "stroke-linecap:butt;stroke-dasharray:none" : "";
+    scene.put(layer, `${key}-${number}`, "path", { ...own, "data-part": part, style: `${style};${cap}` });
   });
-  const below = floor + 3 + LINE * (named ? rows + 1 : 1);
-  scene.text(layer, `${key}-name`, inner.x + 0.5 * inner.width, below, name, "", "middle");
+  scene.text(layer, `${key}-name`, inner.x + 0.5 * inner.width, floor + 18, name, "", "middle");
 }

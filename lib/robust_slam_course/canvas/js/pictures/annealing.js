@@ -2,7 +2,6 @@ import { gnc } from "../solve/graduation.js";
 import { KERNELS, gmSurrogate, tlsSurrogate } from "../solve/kernels.js";
 import { minimaOf, sampledCost } from "../solve/landscapes.js";
 import { locationProblem } from "../solve/location.js";
-import { irls } from "../solve/loop.js";
 import { putAxes, putPath } from "../draw/axes.js";
 import { numberText } from "../draw/number.js";
 import { LAST_STEP } from "../draw/controls.js";
@@ -15,20 +14,16 @@ export function render(context) {
   return livePicture(context, {
     layers: ["grid", "back", "lines", "marks"],
     controls: [
-      { kind: "choice", name: "view", label: "Show", options: [["cost", "the cost"], ["path", "the path of the estimate"]] },
-      { kind: "choice", name: "kind", label: "Cost", options: [["tls", "TLS"], ["gm", "Geman–McClure"]] },
-      { kind: "choice", name: "start", label: "Readings", options: [["seven", "seven"], ["four", "four"]] },
       {
         kind: "player", name: "step", label: "Solve", count: (state, result) => result.last,
         text: (step, result) => `${result.step} of ${result.last}`,
       },
-      { kind: "slider", name: "c", label: "c", min: 0.5, max: 6, step: 0.1, text: (c) => c.toFixed(1) },
       {
         kind: "slider", name: "factor", label: "Factor of μ", min: 1.05, max: 2, step: 0.05,
         text: (factor) => factor.toFixed(2),
       },
     ],
-    main: [context.model.get("data").main ?? "step"],
+    main: [context.model.get("data").main],
     clean: cleanAnnealing,
     solve: solveAnnealing,
     moving: (result) => [...result.cost, result.x, ...result.weights],
@@ -39,43 +34,33 @@ export function render(context) {
 
 const COST_SAMPLES = 211;
 
-/** The part of the x axis that is shown, and in which readings may be. */
-function annealingSpan(start) {
-  return start === "seven" ? [-4, 38] : [-4, 14];
-}
-
-function cleanAnnealing(state, data) {
-  const { start, kind, c, factor, step } = state;
-  const given = data.starts[start];
-  const own = state.z.length === given.length ? state.z : given;
-  const z = given.map((reading, k) => boundedNumber(own[k], annealingSpan(start), reading, 1));
+function cleanAnnealing(state, { z: given, kind, c, span }) {
+  const { factor, step } = state;
+  const z = given.map((reading, k) => boundedNumber(state.z[k], span, reading, 1));
   const last = gnc(locationProblem(z), c, kind, null, { factor }).history.length - 1;
   // A reader who is at the last step stays there when a reading makes the run longer.
   return { ...state, z, step: step >= last ? LAST_STEP : step };
 }
 
-function solveAnnealing({ start, z, kind, c, factor, step }) {
+function solveAnnealing({ z, factor, step }, { kind, c, span }) {
   const problem = locationProblem(z);
   const { history, stop } = gnc(problem, c, kind, null, { factor });
   const last = history.length - 1;
   const now = Math.min(step, last);
   const kernelName = kind === "gm" ? "geman-mcclure" : "tls";
   const surrogate = kind === "gm" ? gmSurrogate : tlsSurrogate;
-  const span = annealingSpan(start);
   const sampled = (mu) => sampledCost(
     z, 1, mu === null ? (u) => 0.5 * u * u : (u) => surrogate(u, c, mu), span, COST_SAMPLES,
   );
   const hard = sampledCost(z, 1, (u) => KERNELS[kernelName].rho(u, c), span, COST_SAMPLES);
   const place = (k) => span[0] + ((span[1] - span[0]) * k) / (COST_SAMPLES - 1);
-  const lowest = irls(problem, kernelName, c, place(hard.indexOf(Math.min(...hard))), { tol: 1e-9 });
   return {
-    history, stop, last, span, lowest,
+    history, stop, last, span,
     step: now,
     x: history[now].x,
     before: history[Math.max(0, now - 1)].x,
     mu: history[now].mu,
     weights: history[now].weights,
-    end: history[last],
     cost: shareOfHighest(sampled(history[now].mu)),
     hard: shareOfHighest(hard),
     minima: history.map(({ mu }) => minimaOf(sampled(mu)).map(place)),
@@ -91,20 +76,20 @@ function shareOfHighest(values) {
 /** Width (px) of the column of weights on the right. */
 const WEIGHT_COLUMN = 84;
 
-function drawAnnealing(scene, { state, result, shown, width, height, change }) {
+function drawAnnealing(scene, { state, result, shown, width, height, data, change }) {
   const all = { x: 0, width: width - WEIGHT_COLUMN };
   const middle = Math.round(0.5 * height);
   const upper = { ...all, y: 22, height: middle - 22 };
   const cost = shown.subarray(0, COST_SAMPLES);
   const x = shown[COST_SAMPLES];
   const weights = shown.subarray(COST_SAMPLES + 1);
-  const maps = state.view === "cost" ? drawCost(scene, upper, state, result, cost, x)
-    : drawPath(scene, upper, state, result, change);
+  const maps = data.view === "cost" ? drawCost(scene, upper, data, result, cost, x)
+    : drawPath(scene, upper, result, change);
   const rows = { y: middle + 22, height: height - middle - 22 };
   drawReadings(scene, rows, maps, { state, result, width, change }, weights, x);
 }
 
-function drawCost(scene, box, state, result, cost, x) {
+function drawCost(scene, box, { kind }, result, cost, x) {
   const maps = putAxes(scene, "grid", "cost", box,
     { domain: result.span, label: "" }, { domain: [-0.04, 1.06], label: "cost", ticks: [0, 0.5, 1], text: (share) => (share ? (share < 1 ? "½" : "max") : "0") });
   const [low, high] = result.span;
@@ -115,9 +100,9 @@ function drawCost(scene, box, state, result, cost, x) {
     const left = Math.floor(k);
     return maps.toY(cost[left] + (k - left) * (cost[left + 1] - cost[left]));
   };
-  const family = state.kind === "gm" ? "GM" : "TLS";
+  const family = kind === "gm" ? "GM" : "TLS";
   const head = result.mu === null ? "Squared cost" : `Cost at μ = ${numberText(result.mu)}`;
-  scene.text("marks", "cost-head", maps.inner.x, box.y - 8, `${head}, band: ${family}`, "rs-head");
+  scene.text("marks", "cost-head", maps.inner.x, box.y - 8, `${head}; grey: its end, ${family}`, "rs-head");
   putPath(scene, "back", "hard", maps, points(result.hard), { class: "rs-band" });
   putPath(scene, "lines", "soft", maps, points(cost), { class: "rs-line is-ink" });
   const spot = maps.toX(x);
@@ -133,14 +118,14 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  const head = `Readings; orange: rejected${width < 420 ? "" : " at the end"}`;
+  const head = `Readings${width < 420 ? "" : ", pulled to the estimate"}; orange: rejected`;
   scene.text("marks", "rows-head", maps.inner.x, y - 8, head, "rs-head");
   scene.text("marks", "weights-head", column, y - 8, "weight", "rs-head");
   scene.path("back", "rows-estimate", "rs-edge is-estimate", `M${maps.toX(x)} ${y}V${y + height}`, 1.5);
   state.z.forEach((reading, k) => {
     const middle = y + (k + 0.5) * row;
     const [at, weight] = [maps.toX(reading), weights[k]];
-    const rejected = result.end.weights[k] <= 0.5;
+    const rejected = result.weights[k] <= 0.5;
     const look = weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost";
     scene.path("lines", `pull-${k}`, look, `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, 1 + 5 * weight);
     scene.path("back", `bar-back-${k}`, "rs-edge is-grid", `M${column} ${middle}h30`, 9);
@@ -149,9 +134,9 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
     scene.text("marks", `weight-${k}`, column + 41, middle + 5, weight.toFixed(3), "rs-tick");
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
-      x: at, y: middle, look: rejected ? "rs-wrong" : "",
+      x: at, y: middle, look: rejected ? "rs-wrong" : "rs-right",
       label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}${rejected ? ", rejected" : ""}`,
-      now: reading, least: low.toFixed(1), most: high.toFixed(1),
+      now: reading, least: low.toFixed(1), most: high.toFixed(1), unit: 0.1,
       drag: (px) => move(maps.fromX(px)),
       step: (right, up) => move(reading + 0.1 * (right || up)),
     });
@@ -159,7 +144,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
 }
 
 /** The estimate after each solve, from the first μ above to the last below. */
-function drawPath(scene, box, state, result, change) {
+function drawPath(scene, box, result, change) {
   const last = Math.max(1, result.last);
   const maps = putAxes(scene, "grid", "path", box,
     { domain: result.span, label: "" }, { domain: [1.08 * last + 0.5, -0.5], label: null, ticks: [] });
@@ -190,22 +175,17 @@ function drawPath(scene, box, state, result, change) {
   return maps;
 }
 
-function annealingCaption({ state, result }) {
-  const { step, last, end, lowest } = result;
-  const place = (x) => x.toFixed(2).replace("-", "−");
-  const kept = end.weights.filter((w) => w > 0.5).length;
-  const count = result.minima[step].length;
-  const valleys = count === 1 ? "one minimum" : `${count} minima`;
-  const here = step === 0
-    ? `Least squares, before any weight: x = ${place(result.x)}.`
-    : `Solve ${step} of ${last}, μ = ${numberText(result.mu)}: the cost has ${valleys}, and the estimate`
-      + ` moves from ${place(result.before)} to ${place(result.x)}.`;
-  if (result.stop === "nothing to reject") return `${here} No residual is large enough: least squares is the answer.`;
-  if (result.stop === "all rejected") return `${here} The run ends with every reading rejected.`;
-  const ends = `After ${last} solves the run ends at ${place(end.x)} and keeps ${kept} of ${state.z.length} readings`;
-  if (end.cost > lowest.cost + 1e-6) {
-    return `${here} ${ends}. It missed the lowest cost: ${numberText(end.cost)} there, but`
-      + ` ${numberText(lowest.cost)} at ${place(lowest.x)}.`;
+function annealingCaption({ state, result: { step, last, x, before, weights, minima, stop, history } }) {
+  const place = (at) => numberText(Number(at.toFixed(2)));
+  if (!step) return `Least squares gives all ${state.z.length} readings the same weight and puts the estimate at ${place(x)}; ${last} solves follow.`;
+  if (stop === "nothing to reject") return "No residual is large enough: least squares is the answer.";
+  const rejected = weights.filter((w) => w <= 0.5).length;
+  const kept = state.z.length - rejected;
+  if (step === last) {
+    return `From the mean, ${place(history[0].x)}, the run goes to ${place(x)} in ${last} solves and `
+      + `${kept ? `keeps ${kept} of ${state.z.length} readings` : "has rejected every reading"}.`;
   }
-  return `${here} ${ends}: the lowest cost, ${numberText(end.cost)}.`;
+  const valleys = minima[step].length === 1 ? "one minimum" : `${minima[step].length} minima`;
+  return `Solve ${step} moves the estimate from ${place(before)} to ${place(x)} and weighs ${rejected} of`
+    + ` ${state.z.length} readings less than half. The cost has ${valleys}.`;
 }

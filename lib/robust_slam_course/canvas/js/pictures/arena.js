@@ -18,9 +18,8 @@ export function render(context) {
         kind: "slider", name: "percent", label: "Outliers", min: 0, max: 90, step: 10,
         text: (percent) => `${percent} %`,
       },
-      { kind: "choice", name: "kind", label: "Kind", options: kinds.map((kind) => [kind, kind]) },
-      { kind: "choice", name: "left", label: "Left", options: named },
-      { kind: "choice", name: "right", label: "Right", options: named },
+      { kind: "choice", name: "right", label: "Beside GNC", options: named },
+      { kind: "choice", name: "kind", label: "Outliers are", options: kinds.map((kind) => [kind, kind]) },
     ],
     main: ["percent", "right"],
     height: (width) => (width < WIDE ? 280 : stageHeight(width)),
@@ -31,8 +30,8 @@ export function render(context) {
   });
 }
 
-function solveArena({ kind, percent, left, right }, { table, inliers, outliers, solvers }) {
-  const runs = [left, right].map((solver) => {
+function solveArena({ kind, percent, right }, { table, inliers, outliers, solvers }) {
+  const runs = ["GNC", right].map((solver) => {
     const [number, letters, off, certified] = table.runs[`${kind} ${percent}`][solvers.indexOf(solver)];
     const used = [...letters].map((letter) => letter === "1");
     const count = (from, to) => used.slice(from, to).filter(Boolean).length;
@@ -65,10 +64,10 @@ function drawArena(scene, { width, height, data, result, shown }) {
   });
 }
 
-function arenaCaption({ result, data }) {
-  const { runs, told } = result;
-  const sides = runs.map(({ solver, kept, off, certified }) => (
-    `${solver} uses ${kept[0]} and ${kept[1]}, is ${off.toFixed(2)}\u00a0m off and ${certified ? "certified" : "not certified"}`
-  ));
-  return `Of ${data.inliers.length} inliers and ${told} outliers, ${sides.join("; ")}.`;
+function arenaCaption({ result: { runs, told } }) {
+  const sides = runs.map(({ solver, kept, certified }) => {
+    const lets = kept[1] ? `lets ${kept[1]} of ${told} outliers in` : "lets no outlier in";
+    return `${solver} ${lets} and keeps ${kept[0]} inliers, ${certified ? "certified" : "not certified"}`;
+  });
+  return `${sides.join("; ")}.`;
 }

@@ -1,7 +1,7 @@
 import { putLegend } from "../draw/legend.js";
 import { putHandle } from "../draw/handle.js";
 import { boundedNumber } from "../draw/link.js";
-import { audiblePicture } from "../draw/listen.js";
+import { livePicture } from "../draw/picture.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { pathThrough } from "../draw/scene.js";
 import { attackedMap } from "../solve/breaking.js";
@@ -10,20 +10,19 @@ import { alignPoses } from "../solve/metrics.js";
 /** A game: the reader tells a solver where a part of a small town is not, in as few closures. */
 export function render(context) {
   const { towns, bound, most } = context.model.get("data");
-  return audiblePicture(context, {
+  return livePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
-      { kind: "choice", name: "town", label: "Town", options: Object.keys(towns).map((name) => [name, name]) },
       { kind: "choice", name: "solver", label: "Fool", options: Object.entries(SOLVER_NAMES) },
       { kind: "slider", name: "count", label: "Outliers", min: 1, max: most, step: 1, text: String },
-      { kind: "button", label: "Copy my score", does: copied },
+      { kind: "choice", name: "town", label: "Town", options: Object.keys(towns).map((name) => [name, name]) },
     ],
-    main: ["town", "solver", "count"],
+    main: ["count", "solver"],
     clean: cleanAttack,
     solve: (state, data) => {
       const found = attackedMap(data.towns[state.town], state);
       const poses = alignPoses(found.poses, data.towns[state.town].truth);
-      return { ...found, poses, heard: { ...found, poses, map: `map-${state.town}` }, fooled: found.bent > bound };
+      return { ...found, poses, fooled: found.bent > bound };
     },
     moving: ({ poses }) => poses,
     draw: drawAttack,
@@ -46,11 +45,6 @@ function cleanAttack(state, { towns, reach }) {
 /** The score as `robust-slam replay` reads it. */
 function scoreOf({ town, solver, ends, offset, count }) {
   return `${town}:${solver}:${ends.join("-")}:${offset.join(",")}:${count}`;
-}
-
-function copied(state) {
-  navigator.clipboard?.writeText(scoreOf(state)).catch(() => {});
-  return { copied: scoreOf(state) };
 }
 
 function drawAttack(scene, { state, result, shown, width, height, data, change }) {
@@ -78,8 +72,9 @@ function drawAttack(scene, { state, result, shown, width, height, data, change }
     scene.path("wrong", `wrong-${k}`, `rs-edge ${kept}`, pathThrough([from, to]), 2.5);
     scene.path("wrong", `offset-${k}`, "is-accent", pathThrough([to, there]), 2);
   }
-  const move = ([ends]) => ends[0] < ends[1] && change({ ends });
-  putClosureHandles(scene, map, truth, [state.ends], move, { noun: "Outlier", removable: false });
+  putClosureHandles(scene, map, truth, [state.ends], ([ends]) => change({ ends }), {
+    noun: "Outlier", removable: false, last: truth.length / 3 - state.count,
+  });
   putOffset(scene, map, claimed, state, data.reach, change);
 }
 
@@ -101,12 +96,13 @@ function putOffset(scene, map, claimed, { ends: [, j], offset }, reach, change) 
   });
 }
 
-function attackCaption({ state, result, data }) {
-  const told = (count, far) => `${count} ${count === 1 ? "outlier" : "outliers"}, ${far.toFixed(2)}\u00a0m off`;
-  const score = scoreOf(state);
-  const best = data.best[`${state.town}:${state.solver}`];
-  return `${result.fooled ? "Fooled" : "Not fooled"}: ${told(state.count, Math.hypot(...state.offset))}, `
-    + `${state.count === 1 ? "bends" : "bend"} the map by ${result.bent.toFixed(2)}\u00a0m, and more than ${data.bound}\u00a0m fools it. `
-    + `Best possible: ${best ? told(...best) : "none fools it"}. `
-    + `Score${state.copied === score ? ", copied" : ""}: ${score}`;
+function attackCaption({ state, result: { fooled, bent }, data }) {
+  const told = (count, far) => `${count} ${count === 1 ? "outlier" : "outliers"} with an offset of ${far.toFixed(2)}\u00a0m`;
+  const mine = told(state.count, Math.hypot(...state.offset));
+  const does = `${mine} ${state.count === 1 ? "bends" : "bend"} the map by ${bent.toFixed(2)}\u00a0m`;
+  const score = `Score: ${scoreOf(state)}`;
+  if (!fooled) return `Not fooled: ${does}, and it takes more than ${data.bound}\u00a0m. ${score}`;
+  // What is possible is told once the reader has fooled the solver.
+  const best = told(...(data.best[`${state.town}:${state.solver}`] ?? [state.count, Math.hypot(...state.offset)]));
+  return `Fooled: ${does}. ${best === mine ? "No attack does it with less" : `The best attack has ${best}`}. ${score}`;
 }

@@ -31,7 +31,7 @@ export function render(context) {
   };
   return livePicture(context, {
     layers: ["areas", "grid", "lines", "marks"],
-    controls: (main === "alpha" ? ["alpha", "ring", "go"] : ["go", "twist"]).map((name) => all[name]),
+    controls: (main === "alpha" ? ["alpha", "ring"] : ["go", "twist"]).map((name) => all[name]),
     main: [main],
     clean: cleanCertificate,
     solve: solveCertificate,
@@ -130,7 +130,7 @@ function putHeading(scene, k, [x, y], [px, py], state, result, change) {
   const pull = (by) => change({ held: k, turn: (mine ? state.turn : 0) + by, far: mine ? state.far : 0 });
   putHandle(scene, `heading-${k}`, {
     x, y, label: `Heading ${k + 1}`, text: `${numberText(Math.round(angle))} degrees, cost ${result.cost.toFixed(2)}`,
-    now: Math.round(angle), least: -180, most: 180,
+    now: Math.round(angle), least: -180, most: 180, unit: 3,
     drag: (toX, toY) => pull((180 * wrapped(Math.atan2(py - toY, toX - px) - result.headings[k])) / Math.PI),
     step: (right, up) => pull(3 * (right || up)),
   });

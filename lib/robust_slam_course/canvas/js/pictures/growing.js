@@ -1,7 +1,7 @@
 import { putLegend } from "../draw/legend.js";
-import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
+import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 import { sideBySide } from "../draw/stage.js";
 import { poseCovariances } from "../solve/covariance.js";
@@ -13,7 +13,7 @@ import { graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_gr
  */
 export function render(context) {
   const data = context.model.get("data");
-  return audiblePicture(context, {
+  return livePicture(context, {
     layers: ["ghost", "edges", "drive", "ellipses", "axis", "bars", "words"],
     controls: [
       {
@@ -24,9 +24,6 @@ export function render(context) {
         kind: "slider", name: "arrives", label: "The outlier arrives", min: data.arrivals[0],
         max: data.arrivals.at(-1), step: 1, text: (pose) => `at pose ${pose}`,
       },
-      ...data.mayDrop.map(([i, j], k) => ({
-        kind: "toggle", name: `with${k}`, label: `closure from ${i} to ${j}`,
-      })),
     ],
     main: ["pose"],
     clean: (state) => ({ ...state, pose: Math.min(data.last, Math.max(2, state.pose)) }),
@@ -40,15 +37,13 @@ export function render(context) {
 const EVERY = 3; // poses from one ellipse to the next
 
 function solveGrowing(state, data) {
-  const { minds, mayDrop, edges, trusted, arrivals, truth } = data;
-  const dropped = mayDrop.reduce((bits, _, k) => bits | (state[`with${k}`] ? 0 : 1 << k), 0);
-  const changes = minds.kept[minds.runs[dropped][state.arrives - arrivals[0]]];
+  const { minds, edges, trusted, arrivals, truth } = data;
+  const changes = minds[state.arrives - arrivals[0]];
   const first = trusted.reduce((sum, value) => sum + value, 0);
   const closures = edges.slice(first).map((ends, k) => {
     const isOutlier = first + k === edges.length - 1;
-    const gone = mayDrop.findIndex((other) => String(other) === String(ends));
     const told = isOutlier ? state.arrives : Math.max(...ends);
-    return { ends, isOutlier, told: gone >= 0 && dropped >> gone & 1 ? Infinity : told, spans: spansOf(changes, k, data.last) };
+    return { ends, isOutlier, told, spans: spansOf(changes, k, data.last) };
   });
   const isKept = ({ told, spans }) => told <= state.pose && spans.some(([from, to]) => from <= state.pose && state.pose < to);
   const taken = [...edges.keys()].filter((k) => k < first || isKept(closures[k - first]));
@@ -57,14 +52,10 @@ function solveGrowing(state, data) {
   const numbers = Array.from({ length: Math.floor(data.last / EVERY) }, (_, k) => EVERY * (k + 1));
   const found = poseCovariances(graph, poses, new Float64Array(graph.m).fill(1), numbers);
   const ellipses = numbers.map((pose, k) => ellipseOf(pose, found[k], poses, truth));
-  const told = [...edges.keys()].filter((k) => (closures[k - first]?.told ?? Math.max(...edges[k])) <= state.pose);
-  const soFar = {
-    graph: graphWithWrong(data, { edges: [] }, told), weights: told.map((k) => Number(taken.includes(k))),
-  };
   const seen = ellipses.filter(({ pose }) => pose <= state.pose);
   return {
     poses, ellipses, closures, isKept, outlier: closures.at(-1),
-    heard: { ...soFar, poses, map: "map" }, seen: seen.length, outside: seen.filter(({ holds }) => !holds).length,
+    seen: seen.length, outside: seen.filter(({ holds }) => !holds).length,
   };
 }
 
@@ -140,23 +131,25 @@ function putEllipse(scene, key, map, [x, y], shape, holds) {
   scene.path("ellipses", key, `rs-edge ${look}`, `${pathThrough(points)}Z`, holds ? 1 : 2);
 }
 
-/** When each closure arrives and while it is kept, in the order of arrival. */
+/** Until the pose that is shown: when each closure arrived and while it was kept, in their order. */
 function drawTimes(scene, { x, y, width, height }, { state, result, data }) {
   const order = result.closures.filter(({ told }) => told <= data.last).sort((a, b) => a.told - b.told);
+  const until = state.pose + 1;
   const name = 50;
   const toX = (pose) => x + name + ((width - name - 6) * pose) / (data.last + 1);
   const step = Math.min(30, (height - 60) / Math.max(order.length, 1));
   const low = y + 26 + step * order.length;
-  scene.text("words", "times", x, y + 15, "kept from … to …", "rs-head");
+  scene.text("words", "times", x, y + 15, "Kept, over time", "rs-head");
   order.forEach((closure, k) => {
     const { ends, isOutlier, told, spans } = closure;
+    if (told > state.pose) return;
     const line = y + 30 + (k + 0.3) * step;
     const key = `time-${ends.join("-")}`;
     scene.text("words", `${key}-name`, x, line + 5, ends.join("–"), isOutlier ? "rs-head" : "");
-    scene.path("bars", `${key}-told`, "rs-edge is-rejected", `M${toX(told)} ${line}H${toX(data.last + 1)}`, 1.5);
-    spans.forEach(([from, to], n) => scene.put("bars", `${key}-${n}`, "path", {
+    scene.path("bars", `${key}-told`, "rs-edge is-rejected", `M${toX(told)} ${line}H${toX(until)}`, 1.5);
+    spans.filter(([from]) => from <= state.pose).forEach(([from, to], n) => scene.put("bars", `${key}-${n}`, "path", {
       class: `rs-edge ${isOutlier ? "is-outlier" : "is-inlier"}`, "stroke-width": 6,
-      style: "stroke-dasharray:none", d: `M${toX(Math.max(from, told))} ${line}H${toX(to)}`,
+      style: "stroke-dasharray:none", d: `M${toX(Math.max(from, told))} ${line}H${toX(Math.min(to, until))}`,
     }));
   });
   const now = toX(state.pose + 0.5);
@@ -166,13 +159,12 @@ function drawTimes(scene, { x, y, width, height }, { state, result, data }) {
 
 function growingCaption({ state, result, data }) {
   const { outlier, outside, seen } = result;
-  const [i, j] = outlier.ends;
   const spans = outlier.spans.filter(([from]) => from <= state.pose);
   const end = spans.at(-1)?.[1];
-  const fate = state.pose < outlier.told ? "has not arrived"
-    : !spans.length ? "was rejected on arrival"
-      : end > state.pose ? `is kept since pose ${Math.max(spans.at(-1)[0], outlier.told)}`
-        : `was withdrawn at pose ${end}`;
+  const fate = state.pose < outlier.told ? `has not met the outlier yet, which arrives at pose ${outlier.told}`
+    : !spans.length ? "rejected the outlier on arrival"
+      : end > state.pose ? `has trusted the outlier since pose ${Math.max(spans.at(-1)[0], outlier.told)}`
+        : `withdrew the outlier at pose ${end}`;
   const off = Math.hypot(...[0, 1].map((axis) => result.poses[3 * state.pose + axis] - data.truth[3 * state.pose + axis]));
-  return `At pose ${state.pose} the outlier from ${i} to ${j} ${fate}. ${outside} of ${seen} true positions are outside their 95 % ellipses, and the robot is ${off.toFixed(2)}\u00a0m off.`;
+  return `At pose ${state.pose} the map ${fate}. It puts the robot ${off.toFixed(2)}\u00a0m off, and ${outside} of ${seen} ellipses miss the true position.`;
 }

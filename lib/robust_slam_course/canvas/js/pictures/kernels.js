@@ -130,7 +130,7 @@ function putLine(scene, width, z, inliers, change) {
   scene.text("words", "inliers", toX(0), y - 17, "8 inliers", "", "middle");
   putHandle(scene, "reading", {
     x: toX(z), y, shape: "diamond", look: "rs-wrong",
-    label: "Ninth reading", text: z.toFixed(2), now: z, least: 0, most: FARTHEST,
+    label: "Ninth reading", text: z.toFixed(2), now: z, least: 0, most: FARTHEST, unit: 0.1,
     drag: (px) => change({ z: low + ((px - left) / (right - left)) * (high - low) }),
     step: (rightwards, up) => change({ z: z + 0.1 * (rightwards || up) }),
   });

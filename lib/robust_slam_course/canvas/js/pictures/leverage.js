@@ -20,15 +20,11 @@ export function render(context) {
         kind: "choice", name: "kernel", label: "Kernel",
         options: Object.keys(kernels).map((name) => [name, kernelText(name)]),
       },
-      {
-        kind: "choice", name: "beside", label: "Beside the wall",
-        options: [["curve", "influence"], ["bars", "pull of each reading"]],
-      },
     ],
     main: ["kernel"],
     clean: cleanLeverage,
     solve: solveLeverage,
-    moving: ({ line, pulls, reach, top }) => [...line, ...pulls, reach, top],
+    moving: ({ line, reach, top }) => [...line, reach, top],
     draw: drawLeverage,
     caption: leverageCaption,
   });
@@ -77,13 +73,10 @@ function isOffWall(p, y, { truth, sigma }) {
 }
 
 function drawLeverage(scene, view) {
-  const { width, height, shown, state } = view;
-  const count = state.y.length;
-  const now = { a: shown[0], b: shown[1], pulls: shown.slice(2, 2 + count) };
-  [now.reach, now.top] = shown.slice(2 + count);
+  const { width, height, shown: [a, b, reach, top] } = view;
   const [wall, beside] = twoPanels({ x: 0, y: 0, width, height }, [1.5, 1], 0.55, 4);
-  drawWall(scene, wall, view, now);
-  (state.beside === "bars" ? drawPullBars : drawInfluence)(scene, beside, view, now);
+  drawWall(scene, wall, view, { a, b });
+  drawInfluence(scene, beside, view, { reach, top });
 }
 
 function drawWall(scene, box, { state, data, change }, { a, b }) {
@@ -128,7 +121,7 @@ function putReading(scene, axes, k, state, data, change) {
     x: axes.toX(p), y: axes.toY(y),
     shape: off ? "diamond" : "circle", look: off ? "rs-wrong" : "rs-right",
     label: `Reading ${k}`, text: `${y.toFixed(2)} m at place ${numberText(p)}`,
-    now: y, least: HEIGHT_RANGE[0], most: HEIGHT_RANGE[1],
+    now: y, least: HEIGHT_RANGE[0], most: HEIGHT_RANGE[1], unit: 0.05,
     drag: (px, py) => move(axes.fromX(px), axes.fromY(py)),
     step: (right, up) => move(p + 0.25 * right, y + 0.05 * up),
   });
@@ -144,27 +137,6 @@ function springPath(x, from, to) {
   return pathThrough(points);
 }
 
-function drawPullBars(scene, box, { state, result, data }, { pulls, top }) {
-  const axes = putAxes(
-    scene, "axes", "bars", box,
-    { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
-    { domain: [-top, top], label: "pull ψ(u)" },
-  );
-  const zero = axes.toY(0);
-  scene.path("axes", "bars-zero", "rs-edge is-muted", `M${axes.inner.x} ${zero}h${axes.inner.width}`);
-  const thick = Math.min(13, (0.6 * axes.inner.width) / 18.2);
-  pulls.forEach((pull, k) => {
-    const x = axes.toX(state.p[k]);
-    const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
-    scene.path(
-      "lines", `bar-${k}`, `rs-bar ${look}`, `M${x.toFixed(1)} ${zero.toFixed(1)}V${axes.toY(pull).toFixed(1)}`, thick,
-    );
-  });
-  const held = state.held;
-  const tip = axes.toY(pulls[held]) + (pulls[held] < 0 ? 15 : -6);
-  scene.text("words", "bar-held", axes.toX(state.p[held]), tip, signedText(result.pulls[held]), "rs-halo", "middle");
-}
-
 function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
   const c = data.kernels[state.kernel];
   const axes = putAxes(
@@ -173,7 +145,7 @@ function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
     { domain: [-top, top], label: "influence ψ(u)" },
   );
   const psi = (u) => KERNELS[state.kernel].psi(u, c);
-  putCurve(scene, "lines", "psi", axes, [-reach, reach], psi, { class: "rs-line is-accent" }, 400);
+  putCurve(scene, "lines", "psi", axes, [-reach, reach], psi, { class: "rs-line is-ink" }, 400);
   result.residuals.forEach((u, k) => {
     if (k === state.held) return;
     const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
@@ -186,27 +158,14 @@ function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
   scene.path("words", "dot-stem", "rs-edge is-ink", `M${x} ${y}V${axes.toY(0)}`);
 }
 
-/** How far (m) the fit is above the true wall at the place of the held reading. */
-function fitError({ p, held }, { line }, { truth }) {
-  return line[0] - truth[0] + (line[1] - truth[1]) * p[held];
-}
-
-function signedText(value) {
-  const digits = Math.abs(value) >= 9.995 ? 1 : 2;
-  const text = Math.abs(value).toFixed(digits);
-  return `${value < 0 && Number(text) > 0 ? "−" : ""}${text}`;
-}
-
 function leverageCaption({ state, result, data }) {
   const k = state.held;
-  const [u, pull] = [result.residuals[k], result.pulls[k]];
-  const error = fitError(state, result, data);
-  const where = `Reading ${k} is ${Math.abs(u).toFixed(1)}σ ${u < 0 ? "below" : "above"} the fit`;
-  const force = Math.abs(pull) < 0.005 ? "does not pull" : `pulls ${pull < 0 ? "down" : "up"} with ${signedText(Math.abs(pull))}`;
-  const most = { squared: "no limit", huber: "at most 1.35", cauchy: "at most 1.19", tls: "0 beyond 2.58" };
-  const side = Math.abs(error) < 0.005 ? "on the wall" : `${Math.abs(error).toFixed(2)}\u00a0m too ${error > 0 ? "high" : "low"}`;
+  const [u, pull, place] = [result.residuals[k], result.pulls[k], state.p[k]];
+  const error = result.line[0] - data.truth[0] + (result.line[1] - data.truth[1]) * place;
   const kernel = state.kernel === "squared" ? "Least squares" : KERNELS[state.kernel].label;
-  return `${kernel}: ${where[0].toLowerCase()}${where.slice(1)} and ${force} (${most[state.kernel]}).`
-    + ` At place ${numberText(state.p[k])} the fit is ${side}.`
-    + ` The reading’s leverage is ${result.leverages[k].toFixed(2)}.`;
+  const force = Math.abs(pull) < 0.005 ? "lets this reading go" : `lets this reading pull with ${Math.abs(pull).toFixed(1)}`;
+  const where = `${Math.abs(u).toFixed(1)}σ ${u < 0 ? "below" : "above"} the line`;
+  const side = Math.abs(error) < 0.005 ? "is on the wall" : `is ${Math.abs(error).toFixed(2)}\u00a0m too ${error > 0 ? "high" : "low"}`;
+  return `${kernel} ${force}, ${where}. The line ${side} at place ${numberText(place)}.`
+    + ` Leverage: ${result.leverages[k].toFixed(2)}.`;
 }

@@ -154,6 +154,7 @@ function drawDial(scene, { state, data, change }, { x, y, width, height }, k) {
   const turn = (value) => change({ dial: k, value: Math.min(last, Math.max(0, Math.round(value))) });
   putHandle(scene, `dial-${k}`, {
     x: toX(now), y: line, label, text: valueText, now: values[now], least: values[0], most: values[last],
+    unit: (values[last] - values[0]) / last,
     drag: (px) => turn(((px - left) / (right - left)) * last),
     step: (rightwards, up) => turn(now + (rightwards || up)),
   });

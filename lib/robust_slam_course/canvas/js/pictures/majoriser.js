@@ -121,7 +121,7 @@ function drawCostAndParabola(scene, axes, { state, result, change }) {
   const [x, y] = pixels(start, cost);
   putHandle(scene, "start", {
     x, y, shape: "circle", label: "Start", text: start.toFixed(1),
-    now: start, least: START_RANGE[0], most: START_RANGE[1],
+    now: start, least: START_RANGE[0], most: START_RANGE[1], unit: START_STEP,
     drag: (px) => change({ start: axes.fromX(px) }),
     step: (right, up) => change({ start: start + START_STEP * (right || up) }),
   });

@@ -5,7 +5,7 @@ import { possibleJoins } from "../draw/link.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 
-/** A drive through a town, correct closures, and wrong ones that the reader moves. */
+/** A drive through a town, correct closures, and wrong ones, which join the map when they are moved. */
 export function render(context) {
   return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
@@ -15,12 +15,9 @@ export function render(context) {
         kind: "button", label: "Add a wrong closure", does: addWrongClosure,
         when: (state) => state.wrong.length < MOST_WRONG,
       },
-      {
-        kind: "button", label: "Remove one", when: (state) => state.wrong.length > 0,
-        does: (state) => ({ wrong: state.wrong.slice(0, -1) }),
-      },
     ],
     main: ["robust"],
+    joins: true,
     clean: cleanOpening,
     solve: solveOpening,
     moving: (result) => result.poses,
@@ -32,7 +29,8 @@ export function render(context) {
 const MOST_WRONG = 6;
 
 function cleanOpening(state, data) {
-  return { ...state, wrong: possibleJoins(state.wrong, data.truth.length / 3 - 1, 2, MOST_WRONG) };
+  const wrong = possibleJoins(state.wrong, data.truth.length / 3 - 1, 2, MOST_WRONG);
+  return { ...state, wrong, joined: Boolean(state.joined) };
 }
 
 // Far from each other and from the first: each new one folds another part of the map.
@@ -40,11 +38,11 @@ function addWrongClosure(state, result) {
   const count = result.poses.length / 3;
   const k = state.wrong.length;
   const from = (13 + 29 * k) % count;
-  return { wrong: [...state.wrong, [from, (from + Math.floor(count / 2) + 7 * k) % count]] };
+  return { wrong: [...state.wrong, [from, (from + Math.floor(count / 2) + 7 * k) % count]], joined: true };
 }
 
 function solveOpening(state, data) {
-  const graph = graphWithWrong(data, { edges: state.wrong });
+  const graph = graphWithWrong(data, { edges: state.joined ? state.wrong : [] });
   const problem = poseGraphProblem(graph);
   const result = state.robust
     ? gnc(problem, CHI_99_SE2, "tls", problem.guess)
@@ -79,23 +77,20 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
   });
   putDrive(scene, "drive", "map", map, shown, "is-estimate");
   state.wrong.forEach((edge, k) => {
-    const kept = result.weights[data.edges.length + k] > 0.5;
+    const kept = !state.joined || result.weights[data.edges.length + k] > 0.5;
     putEdge(scene, "wrong", `wrong-${k}`, map, data.truth, edge, kept ? "is-outlier" : "is-rejected", 3);
   });
-  putClosureHandles(scene, map, data.truth, state.wrong, (wrong) => change({ wrong }), {
+  putClosureHandles(scene, map, data.truth, state.wrong, (wrong) => change({ wrong, joined: true }), {
     noun: "Wrong closure",
   });
 }
 
 function openingCaption({ state, result, data }) {
-  const count = state.wrong.length;
-  const wrong = count === 1 ? "1 wrong closure" : `${count || "no"} wrong closures`;
-  const off = `The farthest pose is ${result.farthest.toFixed(1)}\u00a0m from its true place.`;
-  const correct = data.trusted.length - data.trusted.reduce((sum, value) => sum + value, 0);
-  if (!state.robust) {
-    return `Least squares gives all ${correct} correct closures and ${wrong} the same weight. ${off}`;
-  }
-  const rejected = state.wrong.filter((_, k) => result.weights[data.edges.length + k] <= 0.5).length;
-  const kept = data.trusted.filter((value, k) => !value && result.weights[k] > 0.5).length;
-  return `Of ${wrong}, GNC rejects ${rejected}; it keeps ${kept} of ${correct} correct closures. ${off}`;
+  const count = state.joined ? state.wrong.length : 0;
+  const off = `the farthest pose is ${result.farthest.toFixed(1)}\u00a0m from its true place`;
+  if (!count) return `The dashed closure does not take part yet${state.robust ? " in what GNC sees" : ""}: ${off}.`;
+  const wrong = count === 1 ? "the wrong closure" : `${count} wrong closures`;
+  if (!state.robust) return `Least squares trusts ${wrong}: ${off}.`;
+  const kept = state.wrong.filter((_, k) => result.weights[data.edges.length + k] > 0.5).length;
+  return `GNC ${kept ? `lets ${kept} of ${wrong} in` : `rejects ${wrong}`}: ${off}.`;
 }

@@ -1,10 +1,10 @@
 import { putAxes } from "../draw/axes.js";
 import { numberText } from "../draw/number.js";
 import { putHandle } from "../draw/handle.js";
-import { audiblePicture } from "../draw/listen.js";
 import { putLegend } from "../draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
+import { livePicture } from "../draw/picture.js";
 import { twoPanels } from "../draw/stage.js";
 import { alignPoses, ate } from "../solve/metrics.js";
 import { CHI_99_SE2, graphResidualNorms, graphWithWrong, poseGraphProblem } from "../solve/pose_graph.js";
@@ -12,7 +12,7 @@ import { switchesWithPriors } from "../solve/priors.js";
 
 /** A map whose closures claim that they are inliers; the reader drags how sure they are. */
 export function render(context) {
-  return audiblePicture(context, {
+  return livePicture(context, {
     layers: ["ghost", "edges", "drive", "axes", "points", "words"],
     controls: [
       {
@@ -55,7 +55,7 @@ function solvePriors({ odds, score }, data) {
   const poses = alignPoses(x, data.best);
   const used = (wrong) => own.filter((w, k) => data.outlier[k] === wrong && w >= USED_FROM).length;
   return {
-    poses, heard: { graph, poses, weights, map: "map" }, off: ate(x, data.best), first, weights: own,
+    poses, off: ate(x, data.best), first, weights: own,
     powers: norms.map((norm) => Math.log10(Math.max(norm, 0.1))),
     knee: 0.5 * Math.log10(LAMBDA + 2 * odds), used: [used(0), used(1)],
   };
@@ -96,7 +96,7 @@ function drawKnee(scene, box, { state, result, data, change }, powers) {
   });
   const x = maps.toX(result.knee);
   const floor = maps.inner.y + maps.inner.height;
-  scene.path("axes", "knee", "is-accent", `M${x} ${maps.inner.y}V${floor}`, 2);
+  scene.path("axes", "knee", "is-muted", `M${x} ${maps.inner.y}V${floor}`, 2);
   scene.text("words", "knee-text", x + 26, maps.toY(0.45) + 5, "s < ½ →");
   const to = (px) => 0.5 * (10 ** (2 * maps.fromX(px)) - LAMBDA);
   putHandle(scene, "odds", {
@@ -106,8 +106,9 @@ function drawKnee(scene, box, { state, result, data, change }, powers) {
   });
 }
 
-function priorsCaption({ state, result, data }) {
+function priorsCaption({ state, result: { used, off }, data }) {
   const all = [0, 1].map((wrong) => data.outlier.filter((each) => each === wrong).length);
-  const score = state.score ? ", beside what its score tells," : "";
-  return `Each closure claims${score} log-odds of ${state.odds}. Switches use ${result.used[0]} of ${all[0]} inliers and ${result.used[1]} of ${all[1]} outliers, and the map is ${result.off.toFixed(2)}\u00a0m from the best one.`;
+  const score = state.score ? " and its score" : "";
+  const lets = used[1] ? `lets ${used[1]} of ${all[1]} outliers in` : `keeps all ${all[1]} outliers out`;
+  return `A claim of log-odds ${state.odds}${score} ${lets}, beside ${used[0]} of ${all[0]} inliers. The map is ${off.toFixed(2)}\u00a0m from the best one.`;
 }

@@ -101,6 +101,7 @@ function drawColumns(scene, box, { state, data, change }) {
   putHandle(scene, "wound", {
     x, y: line, label: "Turns by which the start is wound", text,
     now: data.turns[state.wound], least: data.turns[0], most: data.turns[last],
+    unit: (data.turns[last] - data.turns[0]) / last,
     drag: (px) => turn(maps.fromX(px)), step: (rightwards, up) => turn(state.wound + (rightwards || up)),
   });
 }

@@ -3,7 +3,7 @@ import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { putLegend } from "../draw/legend.js";
 import { possibleJoins } from "../draw/link.js";
-import { audiblePicture } from "../draw/listen.js";
+import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 import { solveFleet } from "../solve/fleet.js";
@@ -15,20 +15,12 @@ import { CHI_99_SE2, graphWithWrong } from "../solve/pose_graph.js";
  */
 export function render(context) {
   const cache = { key: null, fleet: null };
-  return audiblePicture(context, {
+  return livePicture(context, {
     layers: ["ghost", "shared", "own", "views", "words"],
     controls: [
       {
         kind: "slider", name: "correct", label: "Correct closures of C", min: 0,
         max: context.model.get("data").withC.length, step: 1, text: String,
-      },
-      {
-        kind: "button", label: "Add a wrong closure", does: addWrongMeeting,
-        when: (state) => state.wrong.length < MOST_MEETINGS,
-      },
-      {
-        kind: "button", label: "Remove one", does: (state) => ({ wrong: state.wrong.slice(0, -1) }),
-        when: (state) => state.wrong.length > (state.correct ? 0 : 1),
       },
       {
         kind: "player", name: "round", label: "Round", count: (_, { last }) => last,
@@ -47,22 +39,13 @@ export function render(context) {
   });
 }
 
-const MOST_MEETINGS = 3;
 const MOST_ROUNDS = 60;
 const ROBOT_NAMES = ["A", "B", "C"];
 const ROBOT_LOOKS = ["is-estimate", "is-accent", "is-ink"];
-const OFFERED_MEETINGS = [[52, 12], [45, 30], [58, 3]];
 
 function cleanRobots(state, { labels, wrong: first }) {
-  const wrong = possibleJoins(state.wrong, labels.length - 1, 1, MOST_MEETINGS)
-    .filter(([i, j]) => labels[i] === 2 && labels[j] !== 2);
-  // Without any closure, robot C would not be on the map.
-  return { ...state, wrong: wrong.length || state.correct ? wrong : first };
-}
-
-function addWrongMeeting(state) {
-  const there = new Set(state.wrong.map(String));
-  return { wrong: [...state.wrong, OFFERED_MEETINGS.find((join) => !there.has(String(join)))] };
+  const wrong = possibleJoins(state.wrong, labels.length - 1, 1, 1).filter(([i, j]) => labels[i] === 2 && labels[j] !== 2);
+  return { ...state, wrong: wrong.length ? wrong : first };
 }
 
 /**
@@ -90,7 +73,7 @@ function solveRobots({ wrong, correct, round }, data, cache) {
   const shared = Array.from(graph.tail, (_, k) => k)
     .filter((k) => labels[graph.tail[k]] !== labels[graph.head[k]]);
   const isWrong = (k) => k < wrong.length;
-  return { graph, labels, poses, seen, last, shared, isWrong, off: robotOffsets(poses, data), heard: { ...seen, graph, map: "map" } };
+  return { graph, labels, poses, seen, last, shared, isWrong, off: robotOffsets(poses, data) };
 }
 
 /** The mean distance (m) of each robot's poses from where they were. */
@@ -215,13 +198,11 @@ function putMeetingHandles(scene, map, { wrong }, { truth, labels }, change) {
 function robotsCaption({ state, result }) {
   const { graph, seen, last, shared, isWrong, off, labels } = result;
   const round = Math.min(state.round, last);
-  const begin = round ? `Round ${round} of ${last}.` : "The robots have just met.";
+  const begin = round ? `After round ${round} of ${last}` : "When the robots have just met";
   const ofC = shared.filter((k) => labels[graph.tail[k]] === 2 || labels[graph.head[k]] === 2);
   const rejected = (wrong) => ofC.filter((k) => isWrong(k) === wrong && seen.weights[k] === 0).length;
-  const groups = [[state.correct, "correct", rejected(false)], [state.wrong.length, "wrong", rejected(true)]]
-    .filter(([count]) => count).map(([count, name, lost]) => `${lost} of ${count} ${name}`);
-  const verdict = `Of C’s closures ${groups.join(" and ")} are rejected.`;
-  const place = `B is ${off[1].toFixed(2)}\u00a0m off, C ${off[2].toFixed(2)}\u00a0m.`;
-  const alone = ofC.length === 1 && isWrong(ofC[0]) ? " Its residual is 0: nothing contradicts it." : "";
-  return `${begin} ${verdict}${alone} ${place} ${seen.numbers} numbers were sent.`;
+  const fate = rejected(true) ? "rejects its wrong closure" : "trusts its wrong closure";
+  const lost = rejected(false) ? ` and loses ${rejected(false)} of ${state.correct} correct ones` : "";
+  const alone = ofC.length === 1 ? ", which nothing contradicts" : "";
+  return `${begin}, C ${fate}${alone}${lost}. It is ${off[2].toFixed(2)}\u00a0m off, and B ${off[1].toFixed(2)}\u00a0m.`;
 }

@@ -40,37 +40,6 @@ export function minimaOf(values) {
 }
 
 /**
- * Return where IRLS ends from each of the numbers `starts`, for the readings `z`.
- *
- * The result is { ends, kept }: the last x of each descent and the sum of its last weights, 0
- * where every reading is rejected and the descent stays where it is. A descent has converged
- * when x changes by at most `tol` σ. `times` says how often each reading occurs.
- */
-export function locationEnds(z, sigma, kernelName, c, starts, options = {}) {
-  const { tol = 1e-9, maxIterations = 1000, times = null } = options;
-  const { weight } = KERNELS[kernelName];
-  const kept = new Float64Array(starts.length);
-  const ends = Float64Array.from(starts, (start, place) => {
-    let x = start;
-    for (let iteration = 0; iteration < maxIterations; iteration++) {
-      let [total, sum] = [0, 0];
-      for (let k = 0; k < z.length; k++) {
-        const w = (times ? times[k] : 1) * weight((x - z[k]) / sigma, c);
-        total += w;
-        sum += w * z[k];
-      }
-      kept[place] = total;
-      if (total === 0) return x;
-      const before = x;
-      x = sum / total;
-      if (Math.abs(x - before) <= tol * sigma) return x;
-    }
-    return x;
-  });
-  return { ends, kept };
-}
-
-/**
  * Return the majoriser of Σ ρ((x − z)/σ) that touches it at `at`, for readings `z` (m,).
  *
  * It is floor + ½ Σ w ((x − z)/σ)²: { weights (m,), floor, lowest, value(x) }. `lowest` is the x of
