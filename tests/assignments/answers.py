@@ -4,8 +4,6 @@
 are written.
 """
 
-from __future__ import annotations
-
 import functools
 import json
 from collections.abc import Mapping

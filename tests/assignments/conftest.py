@@ -1,7 +1,5 @@
 """All assignments as students get them, made once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

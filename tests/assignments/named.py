@@ -8,8 +8,6 @@ another slip, so whether it is true has to be read: ``--read 100`` prints a hund
 the label that was taken away. What only hidden cases stop has no name.
 """
 
-from __future__ import annotations
-
 import argparse
 import random
 import sys

@@ -1,7 +1,5 @@
 """A small source tree of one exercise, to plant weak cases in."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Nothing here is a sandbox: run only the instructor's own code with it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys

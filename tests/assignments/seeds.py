@@ -6,8 +6,6 @@ A case that refuses a right answer for one seed in a thousand costs a whole clas
 day. Exit status 1 where any case fails.
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import multiprocessing

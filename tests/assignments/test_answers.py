@@ -1,7 +1,5 @@
 """Every right answer gets full marks, every wrong one loses at its own exercise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import zip_longest

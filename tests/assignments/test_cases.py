@@ -1,7 +1,5 @@
 """A list is as good as an array; and what is no answer passes no case with hidden checks."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable
 from typing import Any

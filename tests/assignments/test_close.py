@@ -1,7 +1,5 @@
 """The ``close`` of the set-up cells takes what agrees, and says what differs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

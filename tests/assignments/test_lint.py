@@ -1,7 +1,5 @@
 """The course's own assignments pass every rule of `autograder lint`; a planted defect does not."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

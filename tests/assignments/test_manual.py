@@ -1,7 +1,5 @@
 """The instructor's manual: every variant of every exam question, solved with the library."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The mutation tool kills what a case notices, reports what survives, refuses stale entries."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

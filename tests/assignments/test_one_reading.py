@@ -1,7 +1,5 @@
 """Whatever a front end does to a cell: an exercise passes its check as its visible cases do."""
 
-from __future__ import annotations
-
 import functools
 import json
 from collections.abc import Callable

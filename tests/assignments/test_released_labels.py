@@ -1,7 +1,5 @@
 """A release names wrong answers to its visible cases, and knows nothing of hidden ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

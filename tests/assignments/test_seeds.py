@@ -1,7 +1,5 @@
 """A hidden case that fails the reference with a few seeds is found among many that pass."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.assignments.planted import NAME, plant

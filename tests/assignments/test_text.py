@@ -1,7 +1,5 @@
 """Each assignment's own text says all that somebody needs who has nothing but the zip."""
 
-from __future__ import annotations
-
 import ast
 
 import pytest

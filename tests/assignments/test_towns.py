@@ -1,7 +1,5 @@
 """A student's own data: as hard for everybody, and the same at every grading."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

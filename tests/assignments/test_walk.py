@@ -1,7 +1,5 @@
 """A released assignment in JupyterLab: its checks refuse wrong answers and accept right ones."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """What an assignment withholds is closed: no other module of the library leads to it."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

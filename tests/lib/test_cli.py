@@ -1,7 +1,5 @@
 """The command robust-slam: from a file to a map, or to a sentence that says what is wrong."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A graph in other units or another order than it is read in is named, and a right one is not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

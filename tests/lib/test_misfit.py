@@ -1,7 +1,5 @@
 """What neither noise nor outliers explain: steps that slipped, and maps of weak support."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

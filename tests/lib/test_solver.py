@@ -1,7 +1,5 @@
 """The whole back-end finds the outliers and the noise, and tells how far its map is supported."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -6,8 +6,6 @@ so, in each assignment. 1: not so. 2: an entry of equivalents.toml is stale, or 
 itself loses marks.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

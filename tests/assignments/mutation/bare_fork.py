@@ -4,8 +4,6 @@ For the reference's own mutants only. What stops them is the grader's time limit
 memory.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 from dataclasses import dataclass

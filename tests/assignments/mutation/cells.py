@@ -5,8 +5,6 @@ the tree and put back as text at its place, so that a diff shows the change alon
 errors is left alone: no case may depend on it.
 """
 
-from __future__ import annotations
-
 import ast
 import difflib
 import itertools

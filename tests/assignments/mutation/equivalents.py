@@ -13,8 +13,6 @@ without indentation) and what becomes of it. Where a cell holds the same line in
 ``function`` says which is meant. An entry that fits no survivor is stale, and an error.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

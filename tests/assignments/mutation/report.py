@@ -1,7 +1,5 @@
 """What a mutation run found in one assignment: two scores, who killed, who survives."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

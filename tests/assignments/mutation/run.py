@@ -1,7 +1,5 @@
 """Grades mutants: each in the reference's place, on the cases of its own exercise."""
 
-from __future__ import annotations
-
 import functools
 import multiprocessing
 import os

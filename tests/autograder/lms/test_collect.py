@@ -1,7 +1,5 @@
 """``autograder collect``: each notebook of a zip is in its student's folder, or is told."""
 
-from __future__ import annotations
-
 import json
 import stat
 import struct

@@ -1,7 +1,5 @@
 """``autograder export``: files that Canvas and Moodle take, and who is not in them."""
 
-from __future__ import annotations
-
 import csv
 import shutil
 import zipfile

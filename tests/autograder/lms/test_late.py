@@ -1,7 +1,5 @@
 """Late work: what a day costs, whose clock counts, and who says when."""
 
-from __future__ import annotations
-
 import os
 from datetime import UTC, datetime, timedelta
 from pathlib import Path

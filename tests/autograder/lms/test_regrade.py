@@ -1,7 +1,5 @@
 """``autograder regrade``: who changes when a test is fixed; without ``--apply`` nothing does."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Rosters: read as the systems write them, or refused with the file and the line."""
 
-from __future__ import annotations
-
 import codecs
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An instructor's notebook is sorted into set-up, solutions and cases, or the fix is named."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Answers are read from their table; a change must fit exactly one place."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

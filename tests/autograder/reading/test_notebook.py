@@ -1,7 +1,5 @@
 """A notebook is read as plain cells, or refused in one sentence."""
 
-from __future__ import annotations
-
 import json
 import os
 

@@ -1,7 +1,5 @@
 """What a cell's text defines, and what of a student's own cells runs."""
 
-from __future__ import annotations
-
 import ast
 
 import pytest

@@ -1,7 +1,5 @@
 """From a submission only the text of its solution cells and its own definitions count."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

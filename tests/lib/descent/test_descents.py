@@ -1,7 +1,5 @@
 """Gauss–Newton and Levenberg–Marquardt: steps, where they end, and errors that say what to fix."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.descent.damped import levenberg_marquardt

@@ -1,7 +1,5 @@
 """Marginal and joint covariances: against GTSAM, dense inversion, many towns, and their limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.descent.marginals import covariance, joint_covariance

@@ -1,7 +1,5 @@
 """First poses: exact without noise, indifferent to names and frames, near with noise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

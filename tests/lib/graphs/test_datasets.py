@@ -1,7 +1,5 @@
 """Public graphs are found where they are, checked, and fetched only on demand."""
 
-from __future__ import annotations
-
 import hashlib
 import sys
 from functools import partial

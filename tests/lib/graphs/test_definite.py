@@ -1,7 +1,5 @@
 """Indefinite information matrices: what replaces them, and how a file is read with them."""
 
-from __future__ import annotations
-
 import logging
 import re
 

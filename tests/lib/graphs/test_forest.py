@@ -1,7 +1,5 @@
 """Trees of edges: what runs along them, common ancestors, sessions, and first poses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import reduce
 

@@ -1,7 +1,5 @@
 """Every format is told by its content, and its numbers mean what its own program means."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """g2o files: what is written is read, what is wrong is named by file and line."""
 
-from __future__ import annotations
-
 import resource
 import stat
 

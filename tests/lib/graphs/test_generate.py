@@ -1,7 +1,5 @@
 """Generated graphs: the truth fits, the noise is what it claims, the seed decides."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3

@@ -1,7 +1,5 @@
 """The laws that SE(2) and SE(3) obey alike, and that one protocol promises."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

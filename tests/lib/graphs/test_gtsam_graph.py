@@ -1,7 +1,5 @@
 """GTSAM's factor graph of a pose graph has its cost, its minimum and its poses."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Precision, recall and the error of a trajectory."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Wrong closures: they are wrong, they are marked, and nothing in them gives them away."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

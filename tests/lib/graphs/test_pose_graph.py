@@ -1,7 +1,5 @@
 """A pose graph refuses what is wrong with it, and its residuals obey their laws."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

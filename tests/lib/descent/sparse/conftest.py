@@ -1,7 +1,5 @@
 """Every law of sparse matrices holds with QDLDL and with SciPy in its place."""
 
-from __future__ import annotations
-
 import pytest
 from robust_slam.descent.sparse import elimination, ldl, simplicial
 

@@ -1,7 +1,5 @@
 """Random sparse matrices with the pattern of a graph, and what they are as dense ones."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam.descent.sparse.pattern import find_pattern
 

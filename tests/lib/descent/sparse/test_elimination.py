@@ -1,7 +1,5 @@
 """The order of elimination, its fill-in and its fronts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from robust_slam.descent.sparse import elimination

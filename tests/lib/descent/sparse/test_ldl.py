@@ -1,7 +1,5 @@
 """SciPy's SuperLU gives what QDLDL gives."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

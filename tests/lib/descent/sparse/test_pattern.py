@@ -1,7 +1,5 @@
 """Both factorisations of a sparse matrix against dense linear algebra."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np
