@@ -70,10 +70,6 @@ def town():
     return add_random_closures(graph, 8, rng, poses=truth)[0]
 
 
-def turned_by(factor: float) -> Callable[[PoseGraph], PoseGraph]:
-    return lambda graph: replace(graph, measurement=graph.measurement * [1.0, 1.0, factor])
-
-
 def between_drives(graph: PoseGraph) -> PoseGraph:
     """Two drives, of which a closure joins the last pose of one to the first of the other."""
     z, own = graph.measurement.copy(), graph.information * 9.0
@@ -86,20 +82,17 @@ class TestTheDoctor:
     @pytest.mark.parametrize(
         ("fault", "words"),
         [
-            (turned_by(180.0 / np.pi), "if these are degrees"),
-            (lambda g: replace(g, information=np.linalg.inv(g.information)), "are covariances"),
+            (
+                lambda g: replace(g, measurement=g.measurement * [1.0, 1.0, 180.0 / np.pi]),
+                "if these are degrees",
+            ),
             (
                 lambda g: replace(g, measurement=g.inverse_measurement),
                 "Read with i and j swapped in all edges, ",
             ),
             (between_drives, "edge 20-21 counts as odometry.*write 20-21 under Options"),
-            (turned_by(-1.0), "Read with rotations of the other sense"),
-            (
-                lambda g: replace(g, information=100.0 * g.information),
-                "deviations ten times as large|deviations that are too small",
-            ),
         ],
-        ids=["degrees", "covariances", "swapped", "between-drives", "left-handed", "precise"],
+        ids=["degrees", "swapped", "between-drives"],
     )
     def test_a_planted_fault_is_named(self, fault, words, town, ask):
         unlike = ["are covariances", "degrees", "Read with", "deviations", "counts as odometry"]
@@ -113,12 +106,10 @@ class TestTheDoctor:
     @pytest.mark.parametrize(
         ("edit", "words"),
         [
-            (lambda lines: lines[:5] + lines[4:], "6: .*given twice"),
-            (lambda lines: lines[:7] + lines[8:], r"\d+: vertex 7 is missing"),
             (lambda lines: ["VERTEX_SE2 0 0 0 zero", *lines[1:]], "1: .*VERTEX_SE2 0 0 0 zero"),
             (lambda lines: [*lines, "PRIOR 1 2"], "tag 'PRIOR' is unknown.* out under Options"),
         ],
-        ids=["duplicate", "missing", "no-number", "unknown"],
+        ids=["no-number", "unknown"],
     )
     def test_a_broken_line_is_shown_with_a_remedy(self, edit, words, town, ask, tmp_path):
         g2o.write(tmp_path / "graph.g2o", town, np.zeros((town.n, 3)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import robust_slam as rs
 from robust_slam import cli
-from robust_slam.graphs import PoseGraph, add_random_closures, circle, manhattan, sphere
+from robust_slam.graphs import add_random_closures, circle, manhattan, sphere
 from robust_slam.graphs.doubts import DOUBTS, rolled
 from robust_slam.graphs.formats import TORO
 from robust_slam.graphs.g2o import write
@@ -18,16 +18,6 @@ from scipy.spatial.transform import Rotation
 pytestmark = pytest.mark.long
 
 CIRCLE = 180.0 / np.pi
-
-
-@pytest.fixture(scope="module")
-def town() -> PoseGraph:
-    return TOWN
-
-
-def remarks_on(graph, tmp_path):
-    write(tmp_path / "graph.g2o", graph)
-    return " ".join(read(tmp_path / "graph.g2o").remarks())
 
 
 def edge(graph, k, **changed):
@@ -156,10 +146,7 @@ def test_each_doubt_has_files():
 
 
 class TestTheFile:
-    def test_a_right_one_gets_no_remark(self, town, tmp_path):
-        assert remarks_on(town, tmp_path) == ""
-
-    def test_degrees_are_named_with_their_line(self, town, tmp_path):
+    def test_degrees_are_named_with_their_line(self, tmp_path):
         write(tmp_path / "graph.g2o", scaled(1.0, CIRCLE))
         rows = [line.split() for line in (tmp_path / "graph.g2o").read_text().splitlines()]
         turning = [k for k, row in enumerate(rows, 1) if abs(float(row[5])) > 7.0]
@@ -168,16 +155,16 @@ class TestTheFile:
     def test_degrees_are_seen_among_the_three_angles_of_toro(self):
         assert TORO.space.angles == (3, 4, 5)
 
-    def test_the_command_does_not_trust_it(self, town, tmp_path):
-        write(tmp_path / "graph.g2o", replace(town, information=np.linalg.inv(town.information)))
+    def test_the_command_does_not_trust_it(self, tmp_path):
+        write(tmp_path / "graph.g2o", replace(TOWN, information=np.linalg.inv(TOWN.information)))
         assert cli.main(["solve", str(tmp_path / "graph.g2o"), "--quiet"]) == 1
 
 
 class TestTheReading:
     @pytest.mark.parametrize("words", readings.READINGS)
     @pytest.mark.parametrize("space", [False, True])
-    def test_another_one_is_named_where_it_was_meant(self, town, words, space):
-        graph = sphere(60, 1)[0] if space else town
+    def test_another_one_is_named_where_it_was_meant(self, words, space):
+        graph = sphere(60, 1)[0] if space else TOWN
         wrong = rs.solve(readings.READINGS[words](graph))
         better = readings.better_reading(wrong)
         assert better is not None
@@ -186,10 +173,10 @@ class TestTheReading:
 
     @pytest.mark.parametrize("small", [False, True])
     @pytest.mark.long
-    def test_degrees_are_named_without_another_try(self, town, small):
+    def test_degrees_are_named_without_another_try(self, small):
         # Small turns are less than a circle in degrees too, so that no line gives them away.
         round_and_round = circle(400, np.random.default_rng(0), laps=2, closures=60)[0]
-        graph = round_and_round if small else town
+        graph = round_and_round if small else TOWN
         assert small == bool(np.abs(graph.measurement[:, 2]).max() < 2.0 * np.pi / CIRCLE)
         unit = np.array([1.0, 1.0, CIRCLE])
         told = graph.information / unit[:, None] / unit
@@ -201,23 +188,23 @@ class TestTheReading:
         assert len([words for words in stages if words.startswith("the graph is read")]) == 1
         np.testing.assert_allclose(better.graph.information, graph.information)
 
-    def test_none_is_named_where_outliers_are_to_be_rejected(self, town):
-        answer = rs.solve(town)
+    def test_none_is_named_where_outliers_are_to_be_rejected(self):
+        answer = rs.solve(TOWN)
         assert answer.rejected.size >= 8
         stages = []
         assert readings.better_reading(answer, progress=stages.append) is None
         assert stages == []  # neighbours agree best as they are
         assert readings.swapped_closures(answer).size == 0
 
-    def test_a_single_closure_is_named(self, town):
-        kept = np.flatnonzero(rs.solve(town).kept & ~town.is_odometry)
+    def test_a_single_closure_is_named(self):
+        kept = np.flatnonzero(rs.solve(TOWN).kept & ~TOWN.is_odometry)
         # One a block ahead, whose inverse is a block behind.
-        k = int(kept[np.argmin(np.abs(town.measurement[kept, 2]))])
-        swapped = edge(town, k, measurement=town.inverse_measurement[k])
+        k = int(kept[np.argmin(np.abs(TOWN.measurement[kept, 2]))])
+        swapped = edge(TOWN, k, measurement=TOWN.inverse_measurement[k])
         assert readings.swapped_closures(rs.solve(swapped)).tolist() == [k]
 
-    def test_the_command_names_both(self, town, tmp_path, capsys):
-        write(tmp_path / "graph.g2o", replace(town, measurement=town.inverse_measurement))
+    def test_the_command_names_both(self, tmp_path, capsys):
+        write(tmp_path / "graph.g2o", replace(TOWN, measurement=TOWN.inverse_measurement))
         cli.main(["solve", str(tmp_path / "graph.g2o"), "--quiet", "--readings"])
         said = capsys.readouterr().out
         assert "reading  with i and j swapped in all edges" in said

@@ -296,12 +296,6 @@ class TestLate:
         assert "ada/07-toy has no mark: " in err and said in err
         assert column(course) == ["", "4", "0"]
 
-    def test_where_no_submission_says_when_nothing_is_written(self, course, export):
-        (course / "late.toml").write_text(POLICY)
-        status, _, err = export("canvas", CANVAS, "--late", "late.toml", "--submitted", "none")
-        assert status == 2 and "--submitted DIR" in err
-        assert not (course / "marks.csv").exists()
-
 
 @pytest.mark.parametrize(
     ("system", "old", "new", "words"),
@@ -334,12 +328,14 @@ def test_a_doubtful_roster_is_refused_and_nothing_written(course, export, system
         (["--column", "07-toy=Nothing"], "there is no column 'Nothing' for --column"),
         (["--column", "07-toy"], "an assignment and its column"),
         (["--late", "none.toml"], "none.toml cannot be read"),
+        (["--late", "late.toml", "--submitted", "none"], "--submitted DIR"),
         (["--out", "nowhere"], "There is no gradebook nowhere/gradebook.db: grade first"),
         (["--to", "nowhere/marks.csv"], "There is no folder nowhere for --to"),
         (["--to", "roster.csv"], "is the roster itself"),
     ],
 )
 def test_wrong_use_writes_nothing(course, export, arguments, words):
+    (course / "late.toml").write_text(POLICY)
     status, out, err = export("canvas", CANVAS, *arguments)
     assert status == 2 and words in err and out == ""
     assert not (course / "marks.csv").exists()

@@ -99,7 +99,6 @@ def test_what_is_unclear_is_refused_by_name(tmp_path, old, new, words):
         ("2026-10-20 23:59:00.5 UTC", datetime(2026, 10, 20, 23, 59, 0, 500_000, UTC)),
         ("2026-10-20 23:59:00 Europe/Berlin\n", datetime(2026, 10, 20, 21, 59, tzinfo=UTC)),
         ("2026-10-20 23:59:00.000000 +0530", datetime(2026, 10, 20, 18, 29, tzinfo=UTC)),
-        ("2026-10-20 23:59:00 -0500", datetime(2026, 10, 21, 4, 59, tzinfo=UTC)),
         ("2026-10-20T23:59:00+02:00", datetime(2026, 10, 20, 21, 59, tzinfo=UTC)),
         ("2026-10-20 23:59:00", datetime(2026, 10, 20, 23, 59, tzinfo=UTC)),
     ],

@@ -1,6 +1,5 @@
 """Plain data crosses unchanged; nothing else crosses, in either direction."""
 
-import enum
 import struct
 from typing import Any
 
@@ -57,26 +56,13 @@ def test_nothing_else_crosses(value):
 
 
 def test_subclasses_cross_as_what_they_extend():
-    class Lying(float):
-        def __eq__(self, other: object) -> bool:
-            return True
-
-        def __hash__(self) -> int:
-            return 0
-
     class Quiet(np.ndarray[Any, Any]):
         def __array_ufunc__(self, *args: object, **kwargs: object) -> bool:
             return True
 
-    assert crossed([Lying(2.5)]) != [3.0]
     assert type(crossed(np.arange(3).view(Quiet))) is np.ndarray
     assert crossed(np.array([["a"], ["b"]])) == [["a"], ["b"]]
     assert type(crossed(np.longdouble(1))) is np.float64
-
-
-class Word(enum.StrEnum):
-    __str__ = enum.Enum.__str__
-    YES = "certified"
 
 
 def other(*args: object) -> Any:
@@ -96,14 +82,8 @@ def test_a_subclass_crosses_as_its_base_sees_it(value):
     told = type("Told", (base,), dict.fromkeys(METHODS, other))(value)
     got = crossed([told])[0]
     assert type(got) is base and got == value
-
-
-def test_a_word_of_an_enumeration_crosses_as_its_text():
-    assert str(Word.YES) == "Word.YES"
-    assert crossed([Word.YES, {Word.YES: (Word.YES,)}]) == [
-        "certified",
-        {"certified": ("certified",)},
-    ]
+    if base is str:
+        assert [type(key) for key in crossed({told: (told,)})] == [str]
 
 
 def test_arrays_are_copies_that_can_be_written_to():

@@ -8,7 +8,7 @@ from robust_slam.descent.start import chordal
 from robust_slam.descent.undamped import descend_undamped, gauss_newton
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs import Noise, circle, dead_reckoning, manhattan, pose_graph, se2, sphere
-from robust_slam.graphs.pose_graph import PoseGraph, select
+from robust_slam.graphs.pose_graph import PoseGraph
 
 from tests.lib.worlds import (
     assert_same_poses,
@@ -52,15 +52,6 @@ def test_pose_0_stays_and_takes_the_map_along():
     np.testing.assert_allclose(there[0], motion)
     here = se2.compose(motion, gauss_newton(graph, start))
     np.testing.assert_allclose(there[:, :2], here[:, :2], atol=1e-7)
-
-
-def test_a_weight_multiplies_the_information_and_0_takes_an_edge_out():
-    graph, is_outlier, _ = noisy(6, outliers=2)
-    w = np.where(is_outlier, 0.0, np.linspace(0.1, 1.0, len(graph.edges)))
-    left = select(reweighted(graph, np.where(is_outlier, 1.0, w)), ~is_outlier)
-    start = dead_reckoning(graph)
-    expected = gauss_newton(left, start)
-    np.testing.assert_allclose(gauss_newton(graph, start, w), expected, atol=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -8,14 +8,13 @@ from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.descent.start import chordal
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import spanning_tree
-from robust_slam.graphs.pose_graph import precisions, select
+from robust_slam.graphs.pose_graph import precisions
 
 from tests.lib.worlds import (
     assert_rotations,
     assert_same_poses,
     chain_with_closures,
     random_poses,
-    reweighted,
 )
 
 
@@ -66,6 +65,7 @@ def relaxed_rotations(graph, weights):
 def test_chordal_rotations_are_nearest_to_the_dense_relaxation(group, seed):
     _, graph = chain_with_closures(group, seed, noise=1.0)
     weights = np.random.default_rng(seed).uniform(0.1, 2.0, len(graph.edges))
+    weights[-3:] = 0.0
     relaxed = relaxed_rotations(graph, weights)
     found = group.rotation(chordal(graph, weights))
     assert_rotations(found)
@@ -79,6 +79,7 @@ def test_chordal_rotations_are_nearest_to_the_dense_relaxation(group, seed):
 def test_no_other_positions_do_better_with_the_chordal_rotations(group, seed):
     _, graph = chain_with_closures(group, seed, noise=1.0)
     weights = np.random.default_rng(seed).uniform(0.1, 2.0, len(graph.edges))
+    weights[-3:] = 0.0
     poses = chordal(graph, weights)
     least = chordal_cost(graph, poses, weights)
     turn, place = group.rotation(poses), group.translation(poses)
@@ -86,15 +87,6 @@ def test_no_other_positions_do_better_with_the_chordal_rotations(group, seed):
     for size in (1e-3, 1.0):
         moved = group.from_parts(turn, place + size * rng.normal(size=place.shape))
         assert chordal_cost(graph, moved, weights) > least
-
-
-def test_a_weight_multiplies_the_information_and_0_leaves_out(group):
-    _, graph = chain_with_closures(group, 5, noise=0.5)
-    weights = np.where(np.arange(21) % 5 == 4, 0.0, np.linspace(0.2, 2.0, 21))
-    weights[:11] = 0.5
-    kept = weights > 0.0
-    scaled = select(reweighted(graph, np.where(kept, weights, 1.0)), kept)
-    assert_same_poses(group, chordal(graph, weights), chordal(scaled))
 
 
 @pytest.mark.parametrize("weight", [1e-300, 1e-15])

@@ -2,7 +2,7 @@
 
 import numpy as np
 from robust_slam.factors import FactorGraph, Factors
-from robust_slam.graphs import gtsam_graph, se3, sphere
+from robust_slam.graphs import se3, sphere
 
 from tests.lib.worlds import random_graph, random_information
 
@@ -119,14 +119,6 @@ class Twin:
             place = self.graph.group.translation(pose)
             values.insert(k, self.pose(pose) if self.is_pose(k) else place)
         return values
-
-    def map(self, values):
-        group, n = self.graph.group, self.graph.n
-        poses = gtsam_graph.poses_from_gtsam(values, self.graph.relative)
-        at = values.atPoint2 if self.plane else values.atPoint3
-        places = np.array([at(k) for k in range(n, self.graph.nodes)])
-        places = places.reshape(-1, group.DIMENSION)
-        return np.concatenate([poses, group.from_parts(np.eye(group.DIMENSION), places)])
 
 
 def error(graph, x, truth):

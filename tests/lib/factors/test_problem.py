@@ -21,19 +21,8 @@ from robust_slam.graphs import se3
 from robust_slam.graphs.pose_graph import residual_norms
 from robust_slam.problems import PoseGraphProblem
 
-from tests.lib.factors.made import Twin, error, everything
+from tests.lib.factors.made import error, everything
 from tests.lib.worlds import assert_same_poses, curving_walk, refused, shaken
-
-
-def test_least_squares_are_those_of_gtsam(gtsam, group, seed):
-    graph, x = everything(group, seed, error=0.05)
-    twin, settings = Twin(gtsam, graph), gtsam.LevenbergMarquardtParams()
-    settings.setRelativeErrorTol(1e-15)
-    settings.setAbsoluteErrorTol(1e-15)
-    settings.setMaxIterations(500)
-    optimizer = gtsam.LevenbergMarquardtOptimizer(twin.factors, twin.values(x), settings)
-    theirs = twin.map(optimizer.optimize())
-    assert_same_poses(group, FactorGraphProblem(graph, x).initial(), theirs, atol=1e-6)
 
 
 def test_a_pose_graph_is_solved_as_by_its_own_problem(group):
@@ -113,13 +102,15 @@ def test_an_edge_of_a_pose_graph_has_a_threshold_of_its_own(group):
     assert not np.any(kept[closures]) and np.all(kept[graph.is_odometry])
 
 
-def test_without_a_prior_pose_0_is_held_and_with_one_nothing_is(group):
+def test_without_a_prior_pose_0_is_held_and_with_one_nothing_is_at_the_least_squares(group):
     graph, x = everything(group, 0, error=0.3)
     loose = replace(graph, priors=None, positions=None)
     problem = FactorGraphProblem(loose, x)
     np.testing.assert_array_equal(problem.initial()[0], x[0])
     moved = FactorGraphProblem(graph, x).initial()
     assert np.abs(moved[0] - x[0]).max() > 1e-3
+    _, slope = FactorEquations(graph).system(moved, np.ones(len(graph.ends)))
+    assert np.abs(slope).max() < 1e-4
     only = Factors([2], x[2:3], np.eye(group.DOF))
     alone = FactorGraphProblem(replace(loose, priors=only)).initial()
     assert_same_poses(group, alone[2:3], x[2:3], atol=1e-7)

@@ -1,6 +1,5 @@
 """Indefinite information matrices: what replaces them, and how a file is read with them."""
 
-import logging
 import re
 
 import numpy as np
@@ -87,12 +86,6 @@ def test_or_read_with_replaced_matrices_that_are_listed(file, repair):
     others = np.arange(len(graph.edges)) % 3 > 0
     np.testing.assert_array_equal(content.graph.information[others], graph.information[others])
     assert rs.solve(content.graph).certificate.verdict.value == "certified"
-
-
-def test_load_logs_what_was_replaced(file, caplog):
-    with caplog.at_level(logging.WARNING):
-        rs.load(file[0], indefinite="nearest")
-    assert "17 of 51 information matrices" in caplog.text
 
 
 @pytest.mark.parametrize("half", ["1 0 0 1 0 -1", "1 0 1 1 0 1e-40"])

@@ -1,6 +1,5 @@
 """Trees of edges: what runs along them, common ancestors, sessions, and first poses."""
 
-from dataclasses import replace
 from functools import reduce
 
 import numpy as np
@@ -114,9 +113,3 @@ def test_only_whether_a_weight_is_0_matters_to_the_tree(group):
     weights = np.where(np.arange(21) % 4 == 1, 0.0, np.linspace(0.01, 3.0, 21))
     left = select(graph, weights > 0.0)
     np.testing.assert_array_equal(spanning_tree(graph, weights), spanning_tree(left))
-
-
-def test_turning_edges_round_changes_nothing_for_the_tree(group, seed):
-    _, graph = chain_with_closures(group, seed, noise=0.5)
-    back = replace(graph, edges=graph.edges[:, ::-1], measurement=group.inverse(graph.measurement))
-    assert_same_poses(group, spanning_tree(back), spanning_tree(graph))

@@ -104,12 +104,6 @@ def test_the_fixed_vertex_is_pose_0_and_the_others_ascend(tmp_path):
     np.testing.assert_array_equal(found.graph.is_odometry, plain.graph.is_odometry)
 
 
-def test_an_edge_to_a_lower_id_is_not_turned_round(tmp_path):
-    found = read(tmp_path, f"EDGE_SE2 5 2 1 2 0.3 {UNIT}\n")
-    np.testing.assert_array_equal(found.graph.edges, [[1, 0]])
-    np.testing.assert_array_equal(found.graph.measurement, [[1, 2, 0.3]])
-
-
 def test_odometry_is_the_first_forward_edge_between_neighbours_or_else_the_first_back(tmp_path):
     ends = [(20, 10), (10, 20), (10, 20), (10, 30), (30, 20), (30, 20), (30, 40), (40, 30)]
     found = read(tmp_path, "".join(f"EDGE_SE2 {i} {j} 1 0 0 {UNIT}\n" for i, j in ends))
@@ -127,18 +121,19 @@ def test_a_wrong_closure_between_neighbours_is_none_wherever_it_stands(tmp_path,
         assert np.flatnonzero(~graph.is_odometry).tolist() == [lines.index(wrong)]
 
 
-def test_comments_blank_lines_and_other_line_ends_are_passed_over(tmp_path):
-    noisy = "\ufeff# a graph\n\n" + PLANE.replace("\n", "  # and so on\r\n\t\r\n")
-    assert_same_bits(read(tmp_path, noisy), read(tmp_path, PLANE))
-
-
 @pytest.mark.parametrize(
-    "harmless",
-    [b"# caf\xe9\n", b"FIX 0 0\n", b"PARAMS_SE2OFFSET 0 0 0 0\n"],
-    ids=["a comment in Latin-1", "one vertex fixed twice", "parameters"],
+    ("harmless", "end"),
+    [
+        (b"# caf\xe9\n", "\n"),
+        (b"FIX 0 0\n", "\n"),
+        (b"PARAMS_SE2OFFSET 0 0 0 0\n", "\n"),
+        (b"\xef\xbb\xbf# a graph\n\n", "  # and so on\r\n\t\r\n"),
+    ],
+    ids=["a comment in Latin-1", "one vertex fixed twice", "parameters", "other line ends"],
 )
-def test_what_changes_no_number_is_accepted(tmp_path, harmless):
-    assert_same_bits(read(tmp_path, harmless + PLANE.encode()), read(tmp_path, PLANE))
+def test_what_changes_no_number_is_accepted(tmp_path, harmless, end):
+    noisy = harmless + PLANE.replace("\n", end).encode()
+    assert_same_bits(read(tmp_path, noisy), read(tmp_path, PLANE))
 
 
 @pytest.mark.parametrize(
@@ -178,7 +173,6 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
     (PLANE.replace("_SE2 2", "_SE2 2.0"), "3: field 1 is '2.0'; give a whole number"),
     (PLANE.replace("_SE2 2", "_SE2 -2"), "3: field 1 is '-2'; give a whole number"),
     (PLANE.replace("_SE2 2", "_SE2 " + "9" * 6000), "3: field 1 is '999"),
-    (PLANE.replace("_SE2 2", "_SE2 x"), "3: field 1 is 'x'; give a whole number from 0"),
     (PLANE + SECOND + "\n", "7: vertex 1 is given twice; drop one line"),
     (PLANE.replace(SECOND + "\n", ""), "3: vertex 1 is missing; add its line"),
     (PLANE + FOURTH.replace("0 1", "1 1", 1), "7: the edge joins vertex 1 to itself; drop"),
@@ -199,7 +193,6 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
         " no path of edges joins vertex 0 to 10, 11, 12, 13, 14 and 4 more; add",
     ),
     (PLANE.encode() + b"caf\xe9 # \xe9\n", "7: the bytes are not UTF-8 text; save"),
-    (b"\x7fELF\x80\x00", "1: the bytes are not UTF-8 text; save"),
     (PLANE.encode("utf-16"), "1: the bytes are not UTF-8 text; save"),
 )
 def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, wrong, message):

@@ -20,7 +20,6 @@ def places(poses):
     return group_of(poses).translation(poses)
 
 
-@pytest.mark.parametrize("make", [circle, manhattan, sphere])
 def test_the_same_seed_gives_the_same_graph_and_another_seed_another(make):
     first, again, other = (make(60, np.random.default_rng(seed))[0] for seed in (1, 1, 2))
     for name in ("edges", "measurement", "information", "is_odometry"):
