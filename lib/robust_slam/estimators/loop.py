@@ -148,9 +148,10 @@ def reweight(
 ) -> Result[X]:
     """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
 
-    Where ``problem`` is a pose graph, start, tolerance and ``trusted`` are as in ``prepare``; else
-    ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show progress. After
-    ``max_seconds`` of CPU time, but not before the first step, it stops with TIME_LIMIT.
+    Where ``problem`` is a pose graph, start, tolerance and ``trusted`` ``(m,)`` are as in
+    ``prepare``; else ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show
+    progress. After ``max_seconds`` of CPU time, but not before the first step, it stops with
+    TIME_LIMIT.
 
     A whitened residual u has settled when its change, relative to 1 + u, is at most ``tol``.
     When the weights of a step do not determine x, the loop stops with the previous x: with

@@ -194,7 +194,11 @@ def _kitti(rows: Rows) -> Array:
 
 
 def check_ends(closures: Edges, n: int) -> None:
-    """Raise a Fault for closures that refer to a pose that a trajectory of ``n`` has not."""
+    """Check that ``closures`` refer to poses that a trajectory of ``n`` has.
+
+    Raises:
+        Fault: one refers to another pose; its line is named.
+    """
     lost = np.any(closures.rows.ids >= n, axis=1)
     if np.any(lost):
         name = closures.rows.ids[np.argmax(lost)].max()
