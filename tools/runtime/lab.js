@@ -11,7 +11,7 @@ const {notebooks} = await (await fetched("releases.json", "no-cache")).json();
 const app = await started();
 await app.restored;
 if (opened) document.head.append(Object.assign(document.createElement("style"), {
-  textContent: ".jp-SideBar { display: none; }",
+  textContent: ".jp-SideBar { display: none !important; }",
 }));
 if (opened || innerWidth < NARROW) keepClosed();
 app.shell.currentChanged.connect((_, {newValue}) => turnTo(newValue));
