@@ -38,7 +38,12 @@ def test_a_wrong_number_and_changed_data_name_their_sentences():
     [
         ("00-one-lie", None, "z = np.array([1.0, 1.0, 2.0, 0.0])", "z = np.array([1, 1, 2, 2.0])"),
         ("00-one-lie", None, "sigma = np.array([0.1, 0.1,", "sigma = np.array([0.2, 0.1,"),
-        ("01-m-estimators", "picture-check-text", "open_by * is_outlier", "0.5 * open_by * is_outlier"),
+        (
+            "01-m-estimators",
+            "picture-check-text",
+            "open_by * is_outlier",
+            "0.5 * open_by * is_outlier",
+        ),
         ("02-four-costs", "table-assert", "KERNELS[name](1.0)", "KERNELS[name](2.0)"),
         ("03-irls", "unfold-run", "-0.1, 5.0]), 0.3", "-0.1, 4.0]), 0.2"),
         ("04-non-convexity", "jump-check", "-0.1, 5.0]", "-0.1, 3.0]"),

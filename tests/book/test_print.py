@@ -23,7 +23,14 @@ LEAD = re.compile(r'<a\b[^<>]*\shref="#([^"]*)"')
 NEAR, COLUMN = 36.0, 200.0
 """Points from a heading's upper edge to the first line of its text and less than the second; and
 from its left edge to where text of its column may start."""
-KINDS = ("figure", "div.math", ".rs-picture", ".rs-predict", ":is(.citation, .footnote)", "h2:not(.rs-answers > h2)")
+KINDS = (
+    "figure",
+    "div.math",
+    ".rs-picture",
+    ".rs-predict",
+    ":is(.citation, .footnote)",
+    "h2:not(.rs-answers > h2)",
+)
 COUNT = """([html, kinds]) => {
   const found = new DOMParser().parseFromString(html, "text/html");
   return kinds.map((kind) => found.querySelectorAll(kind).length);
