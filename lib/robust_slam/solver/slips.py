@@ -78,7 +78,7 @@ def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate]:
             break
         tied = [one for one in found if _worth(unlike, *one) > most - _TIED]
         search, best = max(tied, key=lambda one: float(unlike[one[0].slips].sum()))
-    return search, best
+    return _fewer(unlike, search, best)
 
 
 def _worth(unlike: Array, search: Search, one: Candidate) -> float:
