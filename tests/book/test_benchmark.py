@@ -104,7 +104,6 @@ def test_what_the_solver_loses_has_more_evidence_and_it_warns(world):
     assert ate(answer.poses, made.reference) > LOST
     assert all(answer.best.evidence > one.evidence for one in right)
     assert answer.support is not Support.UNIQUE
-    assert (answer.slips.size > 0) == (world.graph != "manhattan" or world.seed == 1)
 
 
 @pytest.mark.parametrize("seed", range(3))
