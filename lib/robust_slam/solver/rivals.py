@@ -73,13 +73,15 @@ def places(ends: Indices) -> Indices:
     return np.array(first, dtype=np.intp)
 
 
-def compared(search: Search, best: Candidate, closures: Indices) -> tuple[Array, Indices]:
+def compared(
+    search: Search, best: Candidate, closures: Indices, *, in_map: bool = False
+) -> tuple[Array, Indices]:
     """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many agree by chance.
 
     The distances ``(2, k, k)`` are those of ``pairwise_distances``, in which first the kept edges
     of the map take the place of the odometry, a tree of the fewest of them, and then the trusted
-    edges. By chance is any pose of the map seen from any other: so many ``(2,)`` of such closures
-    agree with one at most.
+    edges; ``in_map`` gives the first alone, ``(1, k, k)``. By chance is any pose of the map seen
+    from any other: so many ``(2,)`` or ``(1,)`` of such closures agree with one at most.
     """
     graph = rescaled(search.graph, best.found)
     whole, every = as_mapped(graph, best), np.arange(best.kept.size)
@@ -89,7 +91,7 @@ def compared(search: Search, best: Candidate, closures: Indices) -> tuple[Array,
         replace(graph, is_odometry=search.trusted),
     )
     rng, asked, drawn = np.random.default_rng(0), np.isin(every, closures), []
-    for tree in trees:
+    for tree in trees[:1] if in_map else trees:
         draws = (_by_chance(tree, best.poses, closures, rng) for _ in range(_CHANCES))
         drawn.append([pairwise_distances(one, asked) for one in (tree, *draws)])
     far = np.array(drawn)

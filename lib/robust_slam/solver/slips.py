@@ -195,8 +195,7 @@ def _groups(search: Search, best: Candidate) -> Iterator[Indices]:
     left = np.flatnonzero(~best.kept & ~search.graph.is_odometry)
     if left.size < min(_PLACES.values()):
         return
-    far, chance = compared(search, best, left)
-    far, chance = far[:1], chance[:1]
+    far, chance = compared(search, best, left, in_map=True)
     for _ in range(_TRIED):
         near = largest(far, chance, search.threshold)
         if near is None or search.deadline.passed:
