@@ -25,7 +25,7 @@ export PYTHONDONTWRITEBYTECODE :=
 files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ipynb_checkpoints/*' 2>/dev/null)
 # Runs a command with its output in build/log, and shows how far it is.
 QUIETLY := $(BIN)/python tools/quietly.py
-COURSE := lib/pyproject.toml autograder/pyproject.toml
+COURSE := lib/pyproject.toml lib/course/pyproject.toml autograder/pyproject.toml
 READY := $(VENV)/.ready
 # Packages for development as well: the tests', the linters' and what benchmarks compare with.
 READY_DEV := $(VENV)/.ready-dev
@@ -45,7 +45,7 @@ PARTS := build/.parts$(shell $(find-parts))
 # Without two packages that jsonschema's extra names: each program that reads a notebook would make
 # forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
 PIN := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
+	--no-header --no-emit-package robust-slam --no-emit-package rfc3987-syntax --no-emit-package lark
 BENCHES := speed graduated growth
 
 help: ## say what there is
@@ -57,7 +57,7 @@ setup-dev: $(READY_DEV) ## add what tests, checks and benchmarks need
 
 $(READY): requirements.lock $(COURSE)
 	$(call environment,setup,-r $<)
-	@$(call install-by-uv,--quiet --no-deps --no-build-isolation -e lib -e autograder)
+	@$(call install-by-uv,--quiet --no-deps --no-build-isolation -e lib -e lib/course -e autograder)
 	@touch $@
 
 $(READY_DEV): requirements.lock requirements-dev.lock $(COURSE) | $(READY)

@@ -58,7 +58,7 @@ def fails(tests: Sequence[str], folder: Path, seconds: float) -> bool:
     Raises:
         RuntimeError: no test was run.
     """
-    places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib"))
+    places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib", "lib/course"))
     pytest = subprocess.Popen(
         [*PYTEST, "-x", *tests],
         cwd=folder,

@@ -238,7 +238,7 @@ class TestPublicCourse:
                 wanted = archive.read(f"{name}/requirements.txt").decode().splitlines()
                 packages = [line.partition("[")[0] for line in wanted if line.startswith("./")]
                 held = [archive.read(f"{name}/{path.removeprefix('./')}") for path in packages]
-            assert len(packages) == 2 and ("[sdp]" in wanted[0]) == (name == "07-certificates")
+            assert len(packages) == 3 and ("[sdp]" in wanted[0]) == (name == "07-certificates")
         for wheel in held:
             with zipfile.ZipFile(io.BytesIO(wheel)) as archive:
                 assert not [n for n in archive.namelist() if CANARY.encode() in archive.read(n)]

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, get_args
 
@@ -194,6 +195,8 @@ def _solve(options: argparse.Namespace) -> int:
     path = find(options.file)
     for name in ("out", "clean", "plot", "rejected"):
         _check_target(f"--{name}", getattr(options, name), path)
+    if options.plot is not None:
+        import_module("robust_slam.drawing")  # says before the work where Matplotlib is missing
     if options.unknown == "raise" and has_factors(path):
         return _solve_factors(path, options)
     file = _read(path, options)

@@ -58,6 +58,26 @@ def test_it_writes_what_was_asked_for_with_the_ids_of_the_file(file, tmp_path):
     assert "<svg" in paths["plot"].read_text()
 
 
+WITHOUT_MATPLOTLIB = """
+import sys
+sys.modules["matplotlib"] = None
+from robust_slam.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_without_matplotlib_only_a_drawing_is_missed_and_that_before_the_work(file, tmp_path):
+    def solve(option, name):
+        given = ["solve", str(file), "--quiet", option, str(tmp_path / name)]
+        command = [sys.executable, "-c", WITHOUT_MATPLOTLIB, *given]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    assert solve("--out", "map.g2o").returncode == 0 and (tmp_path / "map.g2o").is_file()
+    drawn = solve("--plot", "map.svg")
+    fix = "robust-slam: maps are drawn by Matplotlib: pip install robust-slam[plot]"
+    assert (drawn.returncode, drawn.stdout, drawn.stderr.strip()) == (2, "", fix)
+
+
 @pytest.mark.parametrize("suffix", [".tum", ".kitti"])
 def test_trajectories_are_in_the_order_of_the_ids_whichever_is_fixed(file, tmp_path, suffix):
     out = tmp_path / f"map{suffix}"

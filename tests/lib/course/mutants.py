@@ -62,7 +62,7 @@ a step that is not halved, seen by descents, in descent.js
 + retractPoses(here.poses, step, 1)
 """.strip().splitlines()
 """Three lines for each bug: its name, the cases that show it and its file; right; wrong."""
-JS = "lib/robust_slam_course/canvas/js/solve"
+JS = "lib/course/robust_slam_course/canvas/js/solve"
 TEST = (
     "tests/lib/course/test_solvers_in_the_page.py::test_the_page_answers_what_the_library_answers"
 )

@@ -83,7 +83,8 @@ def test_a_colour_is_changed_in_one_place(tmp_path):
     colours = tmp_path / "lib" / "robust_slam" / "colours.toml"
     text = colours.read_text("utf-8").replace(COLOURS["estimate"].light, "#123456")
     colours.write_text(text, "utf-8")
-    path = os.pathsep.join([str(tmp_path / "lib"), str(ROOT / "autograder")])
+    places = (tmp_path / "lib", tmp_path / "lib" / "course", ROOT / "autograder")
+    path = os.pathsep.join(map(str, places))
     done = subprocess.run(
         [sys.executable, "-c", RECOLOURED], cwd=tmp_path, env={**os.environ, "PYTHONPATH": path},
         capture_output=True, text=True, check=True,
@@ -117,7 +118,7 @@ def test_there_is_a_look_of_its_own_for_every_kernel():
 
 def test_no_kernel_is_taken_for_an_inlier_or_an_outlier():
     """In figures, nor in the live picture, which has the same colours."""
-    script = ROOT / "lib/robust_slam_course/canvas/js/pictures/kernels.js"
+    script = ROOT / "lib/course/robust_slam_course/canvas/js/pictures/kernels.js"
     live = re.findall(r'name: "(\w+)", .*colour: "(\w+)"', script.read_text("utf-8"))
     assert len(live) == 4
     for name, colour in live:
