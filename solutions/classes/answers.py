@@ -18,7 +18,7 @@ from robust_slam_autograder.reading.labelled import Answer
 
 ROOT = Path(__file__).resolve().parents[2]
 SOLUTIONS = ROOT / "solutions"
-ANSWERS = Path(__file__).resolve().parent
+ANSWERS = SOLUTIONS / "answers"
 
 
 def assignments() -> list[str]:

@@ -1,8 +1,8 @@
 """The sample class: five students who hand in every assignment, each in another way.
 
-``python -m tests.sample_class write RELEASE OUT`` writes it to ``OUT/<student>/<assignment>/``.
-``python -m tests.sample_class table FILE`` prints the marks that ``autograder grade --json FILE``
-wrote, a line for each student.
+``python -m solutions.classes.sample_class write RELEASE OUT`` writes it to
+``OUT/<student>/<assignment>/``. ``python -m solutions.classes.sample_class table FILE`` prints the
+marks that ``autograder grade --json FILE`` wrote, a line for each student.
 """
 
 import json
@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.assignments import answers
+from solutions.classes import answers
 
 STUDENTS = (
     "sample-broken",
@@ -41,13 +41,13 @@ def write(release: Path, out: Path, assignments: Sequence[str] = ()) -> list[Pat
 
 
 def half(assignment: str) -> list[str]:
-    """The exercises of the student who stops halfway; a later one may call an earlier one."""
+    """Return the exercises of who stops halfway; a later one may call an earlier one."""
     exercises = list(answers.solutions(assignment))
     return exercises[: (len(exercises) + 1) // 2]
 
 
 def misprints(assignment: str) -> dict[str, str]:
-    """Per exercise the answer that types in what the lesson prints."""
+    """Return per exercise the answer that types in what the lesson prints."""
     return {
         answer.exercise: answer.source
         for answer in answers.answers(assignment)
@@ -72,7 +72,7 @@ def _texts(assignment: str, release: Path) -> dict[str, str]:
 
 
 def table(marks: Mapping[str, Any]) -> str:
-    """A line for each student, a column for each assignment, headed by its number.
+    """Return a line for each student, a column for each assignment, headed by its number.
 
     Args:
         marks: the batch as ``autograder grade --json`` writes it.
@@ -98,6 +98,7 @@ def _mark(item: Mapping[str, Any] | None) -> str:
 
 
 def main(arguments: Sequence[str]) -> None:
+    """Run one of the two commands."""
     if arguments[0] == "write":
         release, out = map(Path, arguments[1:])
         print(f"sample class: {len(write(release, out))} submissions in {out}")

@@ -1,8 +1,8 @@
 """The class whose report and feedback the site shows: twelve invented students in two assignments.
 
-``python -m tests.shown_class write RELEASE OUT`` releases both into ``RELEASE``, and writes the
-class to ``OUT/<student>/<assignment>/``.
-``python -m tests.shown_class pages GRADED OUT`` writes the pages for the site.
+``python -m solutions.classes.shown_class write RELEASE OUT`` releases both into ``RELEASE``, and
+writes the class to ``OUT/<student>/<assignment>/``.
+``python -m solutions.classes.shown_class pages GRADED OUT`` writes the pages for the site.
 
 Most students hand in answers of the tests, right and wrong, of which the site shows marks alone.
 The two whose feedback it shows hand in attempts of their own, which are written here, are naive,
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from robust_slam_autograder import cli
 
-from tests.assignments import answers
+from solutions.classes import answers
 
 ONE_LIE, M_ESTIMATORS = "00-one-lie", "01-m-estimators"
 SHOWN = {"student-03": ONE_LIE, "student-07": M_ESTIMATORS}
@@ -58,7 +58,7 @@ TABLE: Mapping[str, Mapping[str, Sequence[str]]] = {
         "student-12": ["right_five_points", "right_where", "right_average", "wrong_any_rise"],
     },
 }
-"""By assignment and student the answer to each exercise, by its name in tests/assignments.
+"""By assignment and student the answer to each exercise, by its name in solutions/answers.
 
 Where a name is empty the exercise is not written; where there is none, nothing is handed in.
 """
@@ -192,6 +192,7 @@ def autograder(solutions: Path, *arguments: object) -> None:
 
 
 def main(arguments: Sequence[str]) -> None:
+    """Run one of the two commands."""
     {"write": write, "pages": pages}[arguments[0]](*map(Path, arguments[1:]))
 
 

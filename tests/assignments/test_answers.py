@@ -13,8 +13,8 @@ from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Sandbox, choose
 
+from solutions.classes import answers
 from tests import depth
-from tests.assignments import answers
 from tests.assignments.mutation.bare_fork import BareFork
 from tests.autograder import toy
 

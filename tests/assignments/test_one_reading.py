@@ -13,7 +13,7 @@ from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
 
-from tests.assignments import answers
+from solutions.classes import answers
 from tests.assignments.mutation.bare_fork import BareFork
 from tests.autograder import toy
 

@@ -8,7 +8,7 @@ from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 
-from tests.assignments import answers
+from solutions.classes import answers
 from tests.autograder import toy
 
 VISIBLE = "assert np.allclose(double([0.25, 3]), [0.5, 6])\n"

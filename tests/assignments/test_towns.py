@@ -11,8 +11,9 @@ from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.labelled import Answer
 
+from solutions.classes import answers
 from tests import depth
-from tests.assignments import answers, reference
+from tests.assignments import reference
 from tests.autograder.fuzz.running import Hang, no_hang
 
 pytestmark = pytest.mark.rest

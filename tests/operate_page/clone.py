@@ -6,8 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from solutions.classes import answers
 from tests.as_user import ROOT
-from tests.assignments import answers
 from tests.autograder.ci.running import repository
 from tests.book.built_site import built
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests import depth, kernel, sample_class
-from tests.assignments import answers
+from solutions.classes import answers, sample_class
+from tests import depth, kernel
 from tests.conftest import working
 from tests.operate_page import clone, page
 from tests.operate_page.page import Command, File, Step
@@ -83,7 +83,7 @@ PROMISES = {
     "make release": Promise(
         makes=("build/release/03-irls.zip", "build/release/03-irls/03-irls.ipynb")
     ),
-    ".venv/bin/autograder lint --strict --answers tests/assignments": Promise(
+    ".venv/bin/autograder lint --strict --answers solutions/answers": Promise(
         says=("0 errors, 0 warnings in 2 assignments",)
     ),
     "mkdir -p class && cp -Rp build/sample/. class/": Promise(

@@ -16,8 +16,8 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.publishing.student_release import release
 
+from solutions.classes import answers
 from tests import depth
-from tests.assignments import answers
 from tests.runtime.conftest import RUNTIME, needs_runtime, without_hints
 
 pytestmark = [needs_runtime, pytest.mark.long, pytest.mark.rest]

@@ -15,7 +15,8 @@ import pytest
 from matplotlib.figure import Figure
 from robust_slam_course import exercises
 
-from tests.assignments import answers, reference
+from solutions.classes import answers
+from tests.assignments import reference
 from tests.lib.course import drawn
 
 DRAWN = Path(__file__).with_name("drawn.json")
