@@ -15,11 +15,11 @@ from robust_slam.graphs import datasets
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS, template
 
+from autograder.tests import toy
+from autograder.tests.as_user import ROOT
+from autograder.tests.ci.running import Runner, repository, scripts
 from solutions.classes import answers, sample_class
 from tests import needs
-from tests.as_user import ROOT
-from tests.autograder import toy
-from tests.autograder.ci.running import Runner, repository, scripts
 
 
 @pytest.fixture

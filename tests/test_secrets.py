@@ -48,8 +48,8 @@ PRIVATE = (
     "tests/assignments/",
     "tests/runtime/test_lab.py",
     "tests/runtime/test_truth.py",
-    "tests/autograder/nbgrader/test_formgrader.py",
-    "tests/lib/course/exercises/",
+    "tests/grader/test_formgrader.py",
+    "tests/course/exercises/",
     "tests/test_secrets.py",
     "tests/test_shown_class.py",
 )

@@ -12,12 +12,27 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+GRADER = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[__name__.count(".")]
+"""From where tests are imported: the course, or the grader where it is alone."""
+SCRIPTS = Path(sys.executable).parent
 ORDINARY = 59_990
 """A user id without a name, which owns nothing."""
 ASIDE = "/mnt"
 NEEDED = {Path(sys.base_prefix).resolve(), Path(sys.prefix).resolve(), ROOT}
 """What others have to reach."""
+
+
+def nothing_set_up(home: Path) -> dict[str, str]:
+    """Variables for a user who has nothing set up."""
+    own = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
+    return {
+        **os.environ,
+        **own,
+        "HOME": str(home),
+        "IPYTHONDIR": str(home / "ipython"),
+        "PATH": os.pathsep.join([str(SCRIPTS), os.environ.get("PATH", "")]),
+    }
 
 
 def may() -> bool:

@@ -1,11 +1,12 @@
-"""What tests of the commands share: a small course, and a way to run a command on it."""
+"""What tests share: a small course, a way to run a command on it, and back ends that work."""
 
 from collections.abc import Callable
 
 import pytest
 from robust_slam_autograder import cli
+from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests.autograder import toy
+from . import kernel, toy
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -32,3 +33,11 @@ def autograder(tmp_path, capfd):
         return (status, *capfd.readouterr())
 
     return run
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """A test that asks for ``wall_name`` runs with the first back end of this machine, or all."""
+    if "wall_name" in metafunc.fixturenames:
+        usable = kernel.usable()
+        names = usable if kernel.is_soak(metafunc.config) else usable[:1]
+        metafunc.parametrize("wall_name", names or list(BACK_ENDS), scope="session")

@@ -5,9 +5,9 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from tests.autograder.hostile.cells import Change, changed, each, from_file, in_bytes, own_cell
-from tests.autograder.hostile.entry import Entry, Place, hand_in
-from tests.autograder.hostile.target import Notebook, Target
+from .hostile.cells import Change, changed, each, from_file, in_bytes, own_cell
+from .hostile.entry import Entry, Place, hand_in
+from .hostile.target import Notebook, Target
 
 
 def plain(target: Target, place: Place) -> None:

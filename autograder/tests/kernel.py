@@ -12,9 +12,10 @@ import subprocess
 import sys
 from functools import cache
 
+import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 
-from tests import as_user
+from . import as_user
 
 _LANDLOCK_CREATE_RULESET, _ASK_VERSION = 444, 1
 _MOUNTS = "mount -t tmpfs none /mnt && mount -t proc none /proc"
@@ -47,6 +48,30 @@ def quickest() -> Sandbox:
 def usable() -> list[str]:
     """The back ends that should work here, the preferred one first."""
     return [name for name, wall in BACK_ENDS.items() if supports(name) or wall.problem() is None]
+
+
+def leave_out(reason: str) -> None:
+    """Skip a test for want of something on this machine; under STRICT=1 fail instead."""
+    if os.environ.get("ROBUST_SLAM_STRICT"):
+        pytest.fail(f"STRICT: {reason}", pytrace=False)
+    pytest.skip(reason)
+
+
+def working(back_end: str) -> Sandbox:
+    """A back end that works; where the kernel supports it and it does not, the test fails."""
+    wall = BACK_ENDS[back_end]
+    problem = wall.problem()
+    if problem is not None and supports(back_end):
+        pytest.fail(f"The kernel supports {back_end}, but it does not work: {problem}", False)
+    if problem is not None:
+        leave_out(f"{back_end} does not work here: {problem}")
+    return wall
+
+
+def is_soak(config: pytest.Config) -> bool:
+    """Tell whether a test may take minutes: ``--depth soak`` in the course, ``-m ""`` here."""
+    depth = config.getoption("depth", None)
+    return bool(depth == "soak" if depth else "soak" not in config.option.markexpr)
 
 
 def _namespaces() -> bool:

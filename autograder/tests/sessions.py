@@ -10,7 +10,7 @@ from robust_slam_autograder.reading.assignment import Assignment, Config, Piece,
 from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.sandbox import Sandbox
 
-from tests import kernel
+from . import kernel
 
 AMPLE = Limits(call_seconds=20, cell_seconds=20, notebook_seconds=60)
 

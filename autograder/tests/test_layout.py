@@ -7,7 +7,7 @@ import pytest
 from robust_slam_autograder import cli, layout
 from robust_slam_autograder.errors import WrongUse
 
-from tests.autograder import toy
+from . import toy
 
 SEED = 5
 ROSTER = "Student,ID,SIS Login ID,Section\nAda,1,ada,A\n"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from robust_slam_autograder import markup
 
-from tests.autograder.reports.samples import HOSTILE
+from .reports.samples import HOSTILE
 
 GITHUB = MarkdownIt("gfm-like")
 """Tables, addresses without brackets and raw HTML, as GitHub reads them."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from robust_slam_autograder.commands import declare
 
-README = Path(__file__).resolve().parents[2] / "autograder" / "README.md"
+README = Path(__file__).resolve().parents[1] / "README.md"
 TEXT = README.read_text(encoding="utf-8")
 
 

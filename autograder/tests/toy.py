@@ -15,7 +15,7 @@ from robust_slam_autograder.reading.assignment import Assignment, Config, from_c
 from robust_slam_autograder.reading.submission import Code, collect
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 
-from tests import kernel
+from . import kernel
 
 NAME = "07-toy"
 CANARY = "CANARY-TEST-TEXT"

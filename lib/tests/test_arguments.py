@@ -31,7 +31,7 @@ from robust_slam.graphs.gtsam_graph import to_gtsam
 from robust_slam.graphs.trajectories import write_tum
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, RotationProblem
 
-from tests.lib.worlds import refused
+from .worlds import refused
 
 GRAPH, TRUTH = manhattan(30, 0, closures=8)
 FACTORS = park(40, 0)[0]

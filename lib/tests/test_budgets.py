@@ -19,7 +19,7 @@ from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.solver import Support
 from robust_slam.solver.candidates import Sparing
 
-from tests.lib.worlds import refused, slipped
+from .worlds import refused, slipped
 
 CLEAN, TRUTH = manhattan(60, 0, closures=20)
 GRAPH, WRONG = add_random_closures(CLEAN, 20, 1, poses=TRUTH)

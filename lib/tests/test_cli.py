@@ -16,7 +16,7 @@ from robust_slam.graphs.pose_graph import select
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.trajectories import write_tum
 
-from tests.lib.worlds import refused, with_outliers
+from .worlds import refused, with_outliers
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from robust_slam.drawing import decision_legend, draw_map, legend_below, map_leg
 from robust_slam.graphs.generate import circle, sphere
 from robust_slam.palette import PALETTE
 
-from tests.lib.worlds import with_outliers
+from .worlds import with_outliers
 
 
 @pytest.fixture

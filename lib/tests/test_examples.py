@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-LIB = Path(__file__).resolve().parents[2] / "lib" / "robust_slam"
+LIB = Path(__file__).resolve().parents[1] / "robust_slam"
 WITH_EXAMPLES = sorted(
     ".".join(path.relative_to(LIB).with_suffix("").parts)
     for path in LIB.rglob("*.py")

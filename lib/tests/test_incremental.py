@@ -14,7 +14,7 @@ from robust_slam.graphs.outliers import add_grouped_closures
 from robust_slam.graphs.pose_graph import rows_of, select
 from robust_slam.incremental.window import Window
 
-from tests.lib.worlds import assert_same_poses, random_graph, refused, with_outliers
+from .worlds import assert_same_poses, random_graph, refused, with_outliers
 
 
 def in_order(graph):

@@ -11,7 +11,7 @@ from robust_slam.solver import Support, solve
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.misfit import find_misfit
 
-from tests.lib.worlds import dense_jacobian, slipped
+from .worlds import dense_jacobian, slipped
 
 pytestmark = pytest.mark.long
 

@@ -19,7 +19,7 @@ from robust_slam.problems import (
     chain,
 )
 
-from tests.lib.worlds import chapter_0, cost_never_rises, refused, with_outliers
+from .worlds import chapter_0, cost_never_rises, refused, with_outliers
 
 
 def test_a_location_is_a_mean_in_which_precise_measurements_count_more():

@@ -12,7 +12,7 @@ from robust_slam.certificates import optimality
 from robust_slam.descent import gauss_newton, start
 from robust_slam.graphs import pose_graph
 
-from tests.lib.worlds import public_graph
+from .worlds import public_graph
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 

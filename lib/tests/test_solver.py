@@ -25,7 +25,7 @@ from robust_slam.solver import Support, solve
 from robust_slam.solver.evidence import evidence, gains, outlier_entropy
 from robust_slam.solver.noise import Found, find_noise, rescaled
 
-from tests.lib.worlds import assert_same_poses, dense_jacobian, refused, turned, with_outliers
+from .worlds import assert_same_poses, dense_jacobian, refused, turned, with_outliers
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Mutants of the solvers in the page, and the family of parity cases that shows each.
 
-``python -m tests.lib.course.mutants [WORD…]`` tries them, as ``tests/mutants.py`` says.
+``python -m tests.course.mutants [WORD…]`` tries them, as ``tests/mutants.py`` says.
 """
 
 import re
@@ -63,9 +63,7 @@ a step that is not halved, seen by descents, in descent.js
 """.strip().splitlines()
 """Three lines for each bug: its name, the cases that show it and its file; right; wrong."""
 JS = "lib/course/robust_slam_course/canvas/js/solve"
-TEST = (
-    "tests/lib/course/test_solvers_in_the_page.py::test_the_page_answers_what_the_library_answers"
-)
+TEST = "tests/course/test_solvers_in_the_page.py::test_the_page_answers_what_the_library_answers"
 MUTANTS = [
     Mutant(f"{JS}/{file}", right[2:], wrong[2:], f"{TEST}[{cases}]")
     for bug, right, wrong in zip(BUGS[::3], BUGS[1::3], BUGS[2::3], strict=True)

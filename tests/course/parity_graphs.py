@@ -19,8 +19,8 @@ from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
 
-from tests.lib.course.parity_cases import Angles, Case, loop_case, random_method
-from tests.lib.worlds import random_graph, shaken
+from lib.tests.worlds import random_graph, shaken
+from tests.course.parity_cases import Angles, Case, loop_case, random_method
 
 C99 = 3.368214175218727
 

@@ -12,9 +12,9 @@ from robust_slam.graphs.outliers import add_aliased_closures, add_grouped_closur
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam_course.pictures.graphs import graph_data
 
-from tests.lib.course.parity_cases import Angles, Case
-from tests.lib.course.parity_graphs import C99, as_given
-from tests.lib.worlds import turned
+from lib.tests.worlds import turned
+from tests.course.parity_cases import Angles, Case
+from tests.course.parity_graphs import C99, as_given
 
 
 def clique_cases(rng: np.random.Generator) -> Iterator[Case]:

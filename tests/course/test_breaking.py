@@ -9,7 +9,7 @@ import pytest
 from robust_slam import breaking, cli
 from robust_slam.graphs import pose_graph
 
-from tests.lib.worlds import refused
+from lib.tests.worlds import refused
 from tools.data.breaking import best
 
 TABLE = json.loads(files("robust_slam_course.pictures").joinpath("breaking.json").read_text())

@@ -20,7 +20,7 @@ from robust_slam_course.pictures.graphs import agreeing, with_wrong
 from robust_slam_course.plots.landscapes import minima
 from scipy.optimize import minimize
 
-from tests.lib.course.parity_graphs import Switches
+from tests.course.parity_graphs import Switches
 
 C = chi_square_threshold(0.99, 3)
 Array = np.ndarray[Any, Any]

@@ -1,13 +1,13 @@
 """The solvers in the page answer what the library answers.
 
-``tests/lib/course/mutants.py`` plants bugs that these comparisons must catch.
+``tests/course/mutants.py`` plants bugs that these comparisons must catch.
 """
 
 import numpy as np
 import pytest
 
-from tests.lib.course import parity
-from tests.lib.course.parity import SOLVERS
+from tests.course import parity
+from tests.course.parity import SOLVERS
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 

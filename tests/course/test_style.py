@@ -17,12 +17,12 @@ from robust_slam_course.canvas.still import to_svg
 from robust_slam_course.plots.kernels import kernel_look
 from robust_slam_course.style import LOOKS, STYLE, figure_style, site_colours
 
-from tests.lib.course.contrast import contrast, luminance
+from tests.course.contrast import contrast, luminance
 
 PAGES = ("light", "dark")
 SEEN = sorted(COLOURS.keys() - {"ground", "card", "grid"})
 LETTERS = {"ink", "muted"}
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 SOURCES = {".py", ".css", ".js"}
 
 
@@ -47,7 +47,8 @@ def test_palette_and_looks_know_no_other_colours():
 
 def test_no_other_file_has_a_colour_of_the_palette():
     shades = {shade.lower() for colour in COLOURS.values() for shade in colour} - {"#ffffff"}
-    folders = (ROOT / "lib", ROOT / "chapters" / "assets", ROOT / "chapters" / "_ext")
+    names = ("lib/robust_slam", "lib/course", "chapters/assets", "chapters/_ext")
+    folders = [ROOT / name for name in names]
     sources = [p for folder in folders for p in folder.rglob("*") if p.suffix in SOURCES]
     assert len(sources) > 100
     for path in sources:

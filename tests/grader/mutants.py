@@ -1,6 +1,6 @@
 """Mutants of the grader: small changes that remove a protection, and the test that catches each.
 
-``python -m tests.autograder.mutants [WORD…]`` tries them, as ``tests/mutants.py`` says. All of
+``python -m tests.grader.mutants [WORD…]`` tries them, as ``tests/mutants.py`` says. All of
 them take minutes.
 """
 
@@ -131,7 +131,7 @@ _CHANGES = {
     ],
 }  # fmt: skip
 MUTANTS = [
-    Mutant(f"autograder/robust_slam_autograder/{file}", old, new, f"tests/autograder/{test}")
+    Mutant(f"autograder/robust_slam_autograder/{file}", old, new, f"autograder/tests/{test}")
     for file, changes in _CHANGES.items()
     for old, new, test in changes
 ]

@@ -13,10 +13,10 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.grading import journal
 from robust_slam_autograder.publishing.student_release import release
 
+from autograder.tests import toy
+from autograder.tests.kernel import working
+from autograder.tests.nbgrader import course as course_of
 from tests import jupyterlab
-from tests.autograder import toy
-from tests.autograder.nbgrader import course as course_of
-from tests.conftest import working
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 
@@ -38,7 +38,7 @@ def sample(tmp_path_factory, wall_name):
     course = tmp_path_factory.mktemp("class")
     toy.make_tree(course)
     (course / "autograder").mkdir()
-    shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", course / "autograder")
+    shutil.copy(course_of.GRADER / "nbgrader_config.py", course / "autograder")
     release(course / "solutions", [], course / "build" / "release")
     paths = [course_of.hand_in(course, student, value) for student, value in STUDENTS.items()]
     where = ("--out", course / "alone", "--seed", course_of.SEED, "--sandbox", wall_name)

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 from robust_slam_autograder import layout
 
-from tests.autograder.reports import pages
+from autograder.tests.reports import pages
 from tests.book.test_accessible import COLOURS, violations
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]

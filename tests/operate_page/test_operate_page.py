@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS
 
+from autograder.tests import kernel
+from autograder.tests.kernel import working
 from solutions.classes import answers, sample_class
-from tests import depth, kernel
-from tests.conftest import working
 from tests.operate_page import clone, page
 from tests.operate_page.page import Command, File, Step
 from tests.operate_page.terminal import Said, Terminal
@@ -193,7 +193,7 @@ def follower(tmp_path_factory, request):
     """In ``make soak`` the reader's `make course` builds the book, as `make test` has done."""
     working(next(iter(kernel.usable() or BACK_ENDS)))
     someone = Reader(
-        tmp_path_factory.mktemp("instructor"), with_book=not depth.is_soak(request.config)
+        tmp_path_factory.mktemp("instructor"), with_book=not kernel.is_soak(request.config)
     )
     yield someone
     someone.terminal.close()

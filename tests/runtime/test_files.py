@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.publishing import course as courses
 
-from tests.as_user import ROOT
+from autograder.tests.as_user import ROOT
 from tests.runtime.conftest import RUNTIME, needs_runtime
 from tools.runtime import __main__ as door
 from tools.runtime import jupyterlite, pyodide, wheels

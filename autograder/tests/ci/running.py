@@ -11,9 +11,6 @@ from typing import Any
 
 import yaml
 
-from tests.as_user import ROOT
-
-GRADER = ROOT / "autograder"
 PACKAGES = sysconfig.get_path("purelib")
 OFFLINE = {
     "PIP_NO_INDEX": "1",

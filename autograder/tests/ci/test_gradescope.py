@@ -23,12 +23,12 @@ from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
 from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
-from tests import as_user, depth
-from tests.autograder import toy
-from tests.autograder.ci import running
-from tests.autograder.publishing import world
-from tests.autograder.reports.samples import case, exercise, result
-from tests.conftest import leave_out
+from .. import as_user, kernel, toy
+from ..as_user import GRADER
+from ..kernel import leave_out
+from ..publishing import world
+from ..reports.samples import case, exercise, result
+from . import running
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 
@@ -62,14 +62,15 @@ def archive(tmp_path_factory):
     """The toy's archive, from a course that carries the grader."""
     root = tmp_path_factory.mktemp("course")
     tree = world.make(root)
-    listed = ["git", "-C", str(as_user.ROOT), "ls-files", "-z", "autograder"]
+    listed = ["git", "-C", str(GRADER), "ls-files", "-z"]
     done = subprocess.run(listed, capture_output=True, text=True)
     # Where the course is in no repository, as the public one may be, the folder itself.
     known = [name for name in done.stdout.split("\0") if name]
-    for name in known or [str(p.relative_to(as_user.ROOT)) for p in running.GRADER.rglob("*")]:
-        if (as_user.ROOT / name).is_file() and "__pycache__" not in name:
-            (root / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(as_user.ROOT / name, root / name)
+    for name in known or [str(path.relative_to(GRADER)) for path in GRADER.rglob("*")]:
+        if (GRADER / name).is_file() and "__pycache__" not in name:
+            target = root / "autograder" / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(GRADER / name, target)
     world.write(
         root,
         "solutions/course.toml",
@@ -87,7 +88,7 @@ def archive(tmp_path_factory):
 @pytest.fixture(scope="module")
 def container(archive, request):
     """``/autograder`` when the image is built; in ``make soak`` it installs from the network."""
-    offline = not depth.is_soak(request.config)
+    offline = not kernel.is_soak(request.config)
     # Not among pytest's own folders, which other users may not enter.
     root = Path(tempfile.mkdtemp(prefix="gradescope-")) / "autograder"
     root.parent.chmod(0o755)

@@ -12,9 +12,9 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS
 from robust_slam_autograder.commands import init_ci
 
-from tests.autograder import toy
-from tests.autograder.ci import running
-from tests.autograder.publishing import world
+from .. import toy
+from ..publishing import world
+from . import running
 
 pytestmark = pytest.mark.rest
 

@@ -10,8 +10,8 @@ from robust_slam_autograder.grading import results
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
-from tests.autograder import toy
-from tests.autograder.nbgrader import course as course_of
+from .. import toy
+from ..nbgrader import course as course_of
 
 BEFORE = Path(__file__).parents[1] / "grading" / "first_schema.json"
 """Results of schema 1, as commit 8c0c81c wrote them."""

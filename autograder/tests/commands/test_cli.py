@@ -14,7 +14,7 @@ from robust_slam_autograder.nbgrader import database, recording
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
-from tests.autograder import toy
+from .. import toy
 
 RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
 WRONG = "def double(x):\n    return x\n"

@@ -7,7 +7,7 @@ from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import doctor
 from robust_slam_autograder.sandbox import Fork, Unsandboxed
 
-from tests.autograder import toy
+from .. import toy
 
 
 def test_it_says_what_works_and_what_is_taken(autograder, monkeypatch):

@@ -12,7 +12,7 @@ import pytest
 from robust_slam_autograder import lint as lint_module
 from robust_slam_autograder.lint import RULES, Finding
 
-from tests.autograder import toy
+from .. import toy
 
 CELL = "double-random"
 SAID = '"say why"'

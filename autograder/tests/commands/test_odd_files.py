@@ -16,7 +16,7 @@ from robust_slam_autograder.grading import submissions
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.nbgrader import recording
 
-from tests.autograder import toy
+from .. import toy
 
 OTHER = "08-other"
 NAMES = (toy.NAME, OTHER)

@@ -9,9 +9,9 @@ from urllib.parse import unquote
 import pytest
 from robust_slam_autograder.grading import results
 
-from tests.autograder import toy
-from tests.autograder.reports import samples
-from tests.autograder.reports.pages import Skeleton
+from .. import toy
+from ..reports import samples
+from ..reports.pages import Skeleton
 
 STUDENTS = ("ada lovelace", "ben:#1?", "cleo")
 OTHER = "08-other"

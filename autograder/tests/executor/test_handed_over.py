@@ -11,7 +11,7 @@ from robust_slam_autograder.executor import handed_over
 from robust_slam_autograder.protocol import wire
 from scipy import special
 
-from tests.autograder.sessions import started
+from ..sessions import started
 
 COLUMN, ROW = np.ones((20_000, 1)), np.ones((1, 20_000))
 LARGE = np.zeros(handed_over.MAX_BYTES // 8 + 1)

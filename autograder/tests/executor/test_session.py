@@ -14,8 +14,8 @@ from robust_slam_autograder.protocol.channel import RaisedThere
 from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.sandbox import Unsandboxed
 
-from tests.autograder.killing import wait_for
-from tests.autograder.sessions import started
+from ..killing import wait_for
+from ..sessions import started
 
 QUICK = Limits(call_seconds=0.3, cell_seconds=10, notebook_seconds=20)
 

@@ -12,7 +12,7 @@ import pytest
 from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.executor.guarded import guarded
 
-from tests.autograder.killing import kill, wait_until_empty
+from ..killing import kill, wait_until_empty
 
 BATCH = """
 import sys

@@ -6,7 +6,7 @@ import msgpack
 from hypothesis import strategies as st
 from robust_slam_autograder.protocol import wire
 
-from tests.autograder.fuzz.values import KEYS, PLAIN, export
+from .values import KEYS, PLAIN, export
 
 ARRAY, SCALAR, TUPLE, COMPLEX, HANDLE, INTEGER = range(1, 7)
 """The extensions that the wire has."""

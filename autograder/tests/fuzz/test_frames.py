@@ -19,9 +19,9 @@ from robust_slam_autograder.protocol.channel import (
 )
 from robust_slam_autograder.protocol.wire import Handle
 
-from tests.autograder.fuzz import messages
-from tests.autograder.fuzz.running import SEEDS, fuzzed, variants
-from tests.autograder.fuzz.values import ARRAYS, HANDLES, INTEGERS, TEXT, Foreign, export, nested
+from . import messages
+from .running import SEEDS, fuzzed, variants
+from .values import ARRAYS, HANDLES, INTEGERS, TEXT, Foreign, export, nested
 
 pytestmark = pytest.mark.rest
 

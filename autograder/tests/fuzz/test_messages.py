@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from robust_slam_autograder.protocol import wire
 from robust_slam_autograder.protocol.wire import WireError
 
-from tests.autograder.fuzz import messages
-from tests.autograder.fuzz.messages import TUPLE, extension
-from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes, variants
-from tests.autograder.fuzz.values import PLAIN, STRANGE, Foreign, export, nested, plain_cost, same
+from . import messages
+from .messages import TUPLE, extension
+from .running import SEEDS, calls, fuzzed, no_hang, peak_bytes, variants
+from .values import PLAIN, STRANGE, Foreign, export, nested, plain_cost, same
 
 pytestmark = pytest.mark.rest
 

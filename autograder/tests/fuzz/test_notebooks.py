@@ -20,9 +20,9 @@ from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.submission import OWN, collect
 
-from tests.autograder import toy
-from tests.autograder.fuzz.running import SEEDS, VARIANTS, calls, fuzzed, no_hang, peak_bytes
-from tests.autograder.fuzz.test_texts import SOURCES
+from .. import toy
+from .running import SEEDS, VARIANTS, calls, fuzzed, no_hang, peak_bytes
+from .test_texts import SOURCES
 
 pytestmark = pytest.mark.rest
 

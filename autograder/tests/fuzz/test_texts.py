@@ -7,7 +7,7 @@ import pytest
 from hypothesis import strategies as st
 from robust_slam_autograder.reading import source
 
-from tests.autograder.fuzz.running import fuzzed, no_hang
+from .running import fuzzed, no_hang
 
 pytestmark = pytest.mark.rest
 

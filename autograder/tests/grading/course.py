@@ -10,8 +10,7 @@ from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
 
-from tests import kernel
-from tests.autograder import toy
+from .. import kernel, toy
 
 GUESS = "def double(x):\n    return 6\n"
 

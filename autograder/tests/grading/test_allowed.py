@@ -8,7 +8,7 @@ import pytest
 import robust_slam_autograder
 from robust_slam_autograder import cli
 
-from tests.autograder import toy
+from .. import toy
 
 SHOWN = "which is in"
 

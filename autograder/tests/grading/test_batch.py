@@ -14,8 +14,8 @@ from robust_slam_autograder.grading import batch, journal, results, submissions
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.sandbox import Unsandboxed
 
-from tests.autograder import toy
-from tests.autograder.grading.course import (
+from .. import toy
+from .course import (
     GUESS,
     grade,
     jobs,
@@ -24,7 +24,7 @@ from tests.autograder.grading.course import (
     marks,
     same_but_for_time,
 )
-from tests.autograder.grading.disks import full_disk
+from .disks import full_disk
 
 RANDOM = """
 ### BEGIN HIDDEN TESTS

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from tests.autograder import toy
-from tests.autograder.killing import kill, wait_until_empty
+from .. import toy
+from ..killing import kill, wait_until_empty
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.autograder import toy
+from .. import toy
 
 pytestmark = [pytest.mark.long, pytest.mark.soak]
 

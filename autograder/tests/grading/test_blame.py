@@ -7,7 +7,7 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.sandbox import Launch, Running, Unsandboxed
 
-from tests.autograder import toy
+from .. import toy
 
 CANARY = "STUDENTS_WORDS"
 FIND = 'import gc\n(channel,) = [o for o in gc.get_objects() if type(o).__name__ == "Channel"]\n'

@@ -25,15 +25,15 @@ from robust_slam_autograder.grading.batch import Graded, Terms
 from robust_slam_autograder.grading.submissions import Outcome, Submission
 from robust_slam_autograder.sandbox import BACK_ENDS, Unsandboxed
 
-from tests.autograder import toy
-from tests.autograder.grading.course import grade as grade_here
-from tests.autograder.grading.course import jobs, leave, make_course, same_but_for_time
-from tests.autograder.killing import wait_for
+from .. import toy
+from ..as_user import ROOT
+from ..killing import wait_for
+from .course import grade as grade_here
+from .course import jobs, leave, make_course, same_but_for_time
 
 pytestmark = pytest.mark.rest
 
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
-ROOT = Path(__file__).parents[3]
 """Where the cluster's processes start, and so find the benchmarks' packages."""
 
 

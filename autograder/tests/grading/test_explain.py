@@ -8,7 +8,7 @@ from robust_slam_autograder.grading import explain, likely_causes
 from robust_slam_autograder.grading.results import Compared, ExerciseResult
 from robust_slam_autograder.reading.assignment import Config
 
-from tests.autograder import toy
+from .. import toy
 
 LABEL = "<case>"
 

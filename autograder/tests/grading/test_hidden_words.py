@@ -13,7 +13,7 @@ from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading.assignment import Assignment, Config
 from robust_slam_autograder.reading.defaults import Limits
 
-from tests.autograder import toy
+from .. import toy
 
 CANARY = "CANARY_INPUT"
 HINT = "Try other texts."

@@ -7,7 +7,7 @@ from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading import durable, journal
 from robust_slam_autograder.grading.journal import LOG_NAME, RUN_NAME, open_journal
 
-from tests.autograder.grading.disks import full_disk
+from .disks import full_disk
 
 
 def test_a_batch_draws_a_secret_seed_and_keeps_it(tmp_path):

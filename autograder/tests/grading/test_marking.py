@@ -16,7 +16,7 @@ from robust_slam_autograder.reading.assignment import Assignment, Config
 from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.sandbox import Unsandboxed
 
-from tests.autograder import toy
+from .. import toy
 
 RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
 POSITIVE = "def double(x):\n    return abs(2 * np.asarray(x))\n"
@@ -293,7 +293,7 @@ def test_the_environment_is_left_as_it_was(monkeypatch):
 def test_asserts_count_under_an_optimising_interpreter():
     """`python -O` leaves out asserts: then every test would pass."""
     script = f"from {__name__} import grade; print(grade('double = abs').score)"
-    root = Path(__file__).resolve().parents[3]
+    root = Path(__file__).resolve().parents[__name__.count(".")]
     command = [sys.executable, "-OO", "-c", script]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True)
     assert done.stdout.strip() == "10", done.stderr

@@ -9,7 +9,7 @@ import pytest
 from robust_slam_autograder.grading import pythons
 from robust_slam_autograder.grading.results import Result
 
-from tests.autograder import toy
+from .. import toy
 
 OURS = f"Python {sys.version_info[0]}.{sys.version_info[1]}"
 RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"

@@ -14,8 +14,8 @@ from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reading.defaults import Limits
 
-from tests.autograder import toy
-from tests.autograder.reports.samples import HUNG, PARTLY, case, exercise, refused, result
+from .. import toy
+from ..reports.samples import HUNG, PARTLY, case, exercise, refused, result
 
 BEFORE = json.loads(Path(__file__).with_name("first_schema.json").read_text("utf-8"))
 """Results as the grader of commit 8c0c81c wrote them."""

@@ -23,13 +23,13 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 
-from tests.autograder import toy
-from tests.autograder.hostile import catalogue, leaks, verdict
-from tests.autograder.hostile.catalogue import BASELINES
-from tests.autograder.hostile.entry import Entry, Place
-from tests.autograder.hostile.target import Target, load
+from .. import toy
+from ..as_user import ROOT
+from . import catalogue, leaks, verdict
+from .catalogue import BASELINES
+from .entry import Entry, Place
+from .target import Target, load
 
-ROOT = Path(__file__).resolve().parents[3]
 SEED = 20_261_121
 LIMITS = "call_seconds = 3\ncell_seconds = 6\nnotebook_seconds = 90\n"
 SHORT = "call_seconds = 0.4\ncell_seconds = 1\nnotebook_seconds = 30\n"

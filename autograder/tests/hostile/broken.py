@@ -4,9 +4,9 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from tests.autograder.hostile.cells import changed, each, in_bytes, in_cell, own_cell
-from tests.autograder.hostile.entry import Entry
-from tests.autograder.hostile.target import Notebook
+from .cells import changed, each, in_bytes, in_cell, own_cell
+from .entry import Entry
+from .target import Notebook
 
 DEEP = 100_000
 

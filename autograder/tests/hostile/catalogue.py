@@ -2,12 +2,12 @@
 
 import random
 
-from tests.autograder import correct
-from tests.autograder.hostile.broken import BROKEN
-from tests.autograder.hostile.cells import all_cells
-from tests.autograder.hostile.entry import Entry
-from tests.autograder.hostile.files import FILES
-from tests.autograder.hostile.metadata import METADATA
+from .. import correct
+from .broken import BROKEN
+from .cells import all_cells
+from .entry import Entry
+from .files import FILES
+from .metadata import METADATA
 
 NEIGHBOURS = 8
 """Plain right submissions, for an attack to harm."""

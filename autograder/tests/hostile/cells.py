@@ -21,8 +21,8 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from tests.autograder.hostile.entry import Bound, Entry, Place, Write, hand_in, put
-from tests.autograder.hostile.target import Notebook, Target
+from .entry import Bound, Entry, Place, Write, hand_in, put
+from .target import Notebook, Target
 
 Change = Callable[[Notebook, Target], object]
 FOLDER = Path(__file__).with_name("cells")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from tests.autograder.hostile.target import Notebook, Target
+from .target import Notebook, Target
 
 Bound = Literal["wrong", "less", "full", "refused", "any"]
 """What a submission may earn.

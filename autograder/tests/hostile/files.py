@@ -3,10 +3,10 @@
 import os
 import pickle
 
-from tests.autograder import correct
-from tests.autograder.hostile.cells import WRONG, changed, in_cell
-from tests.autograder.hostile.entry import Entry, Place, Write, hand_in
-from tests.autograder.hostile.target import Notebook, Target
+from .. import correct
+from .cells import WRONG, changed, in_cell
+from .entry import Entry, Place, Write, hand_in
+from .target import Notebook, Target
 
 NEIGHBOUR = "neighbour-0"
 GIANT_BYTES = 300 * 2**20

@@ -18,7 +18,7 @@ from robust_slam_autograder.executor.seeds import PUBLIC_SEED, SEED_VARIABLE, ca
 from robust_slam_autograder.reading.assignment import split_hidden
 from robust_slam_autograder.reading.source import plain_python
 
-from tests.autograder.hostile.target import Target
+from .target import Target
 
 DIGITS = 8
 """So many first digits of a number tell it from any other."""

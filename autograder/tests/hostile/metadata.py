@@ -7,9 +7,9 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from tests.autograder.hostile.cells import Change, changed, each, own_cell
-from tests.autograder.hostile.entry import Entry
-from tests.autograder.hostile.target import Notebook, Target, grade_id_of
+from .cells import Change, changed, each, own_cell
+from .entry import Entry
+from .target import Notebook, Target, grade_id_of
 
 
 def _entry(name: str, kind: str, change: Change) -> Entry:

@@ -13,13 +13,12 @@ from collections import Counter
 
 import pytest
 
-from tests import depth
-from tests.autograder import correct, toy
-from tests.autograder.hostile import batch, catalogue, leaks, verdict
-from tests.autograder.hostile.batch import SEED, Report
-from tests.autograder.hostile.entry import Entry
-from tests.autograder.hostile.target import Target, load
-from tests.conftest import working
+from .. import correct, kernel, toy
+from ..kernel import working
+from . import batch, catalogue, leaks, verdict
+from .batch import SEED, Report
+from .entry import Entry
+from .target import Target, load
 
 pytestmark = pytest.mark.long
 
@@ -27,7 +26,7 @@ pytestmark = pytest.mark.long
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """One assignment, or in ``make soak`` all."""
     if "assignment" in metafunc.fixturenames:
-        more = batch.course_assignments() if depth.is_soak(metafunc.config) else []
+        more = batch.course_assignments() if kernel.is_soak(metafunc.config) else []
         metafunc.parametrize("assignment", [toy.NAME, *more], scope="module")
 
 

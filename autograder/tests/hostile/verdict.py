@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from tests.autograder.hostile.entry import Entry
-from tests.autograder.hostile.target import Target
+from .entry import Entry
+from .target import Target
 
 Marks = Mapping[str, float]
 """What one submission earned, by the grade id of the case; of a refused one there is none."""

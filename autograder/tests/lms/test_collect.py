@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.lms import downloads
 
-from tests.autograder import toy
-from tests.autograder.conftest import Run
+from .. import toy
+from ..conftest import Run
 
 CANVAS = """\
 Student,ID,SIS User ID,SIS Login ID,Section

@@ -13,11 +13,11 @@ from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
-from tests.autograder import toy
-from tests.autograder.conftest import Run
-from tests.autograder.nbgrader.course import marked
-from tests.autograder.reports import samples
-from tests.autograder.timestamps import JUNK
+from .. import toy
+from ..conftest import Run
+from ..nbgrader.course import marked
+from ..reports import samples
+from ..timestamps import JUNK
 
 ZOE = "Zoe\u0308"
 """As some systems name folders; the roster writes ë as one letter."""

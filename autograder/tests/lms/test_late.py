@@ -9,7 +9,7 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms import late
 from robust_slam_autograder.lms.late import Policy
 
-from tests.autograder.timestamps import JUNK
+from ..timestamps import JUNK
 
 HOUR = timedelta(hours=1)
 TABLE = """\

@@ -14,9 +14,9 @@ from robust_slam_autograder.executor import seeds, trusted
 from robust_slam_autograder.grading import journal, regrading, results, submissions
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
-from tests.autograder import toy
-from tests.autograder.conftest import Run
-from tests.autograder.nbgrader import course as course_of
+from .. import toy
+from ..conftest import Run
+from ..nbgrader import course as course_of
 
 pytestmark = pytest.mark.rest
 

@@ -13,8 +13,8 @@ from robust_slam_autograder.misconceptions.tables import Known, Table
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
 
-from tests.autograder import toy
-from tests.autograder.grading import course
+from .. import toy
+from ..grading import course
 
 
 def digests(*values: object) -> tuple[str, ...]:

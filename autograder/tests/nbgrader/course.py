@@ -15,12 +15,10 @@ from robust_slam_autograder.nbgrader.database import Location, url_of
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading.assignment import Assignment
 
-from tests import jupyterlab
-from tests.autograder import toy
-from tests.autograder.reports import samples
-from tests.jupyterlab import SCRIPTS
+from .. import toy
+from ..as_user import GRADER, SCRIPTS, nothing_set_up
+from ..reports import samples
 
-ROOT = Path(__file__).parents[3]
 SEED = 4711
 PATIENCE_SECONDS = 1800
 """How long a command may take: much longer than it does on a busy machine."""
@@ -82,7 +80,7 @@ def make(folder: Path) -> Path:
     path = toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 2\n") / toy.NAME
     toy.write(path / f"{toy.NAME}.ipynb", source_notebook())
     (folder / "autograder").mkdir()
-    shutil.copy(ROOT / "autograder" / "nbgrader_config.py", folder / "autograder")
+    shutil.copy(GRADER / "nbgrader_config.py", folder / "autograder")
     return folder
 
 
@@ -94,7 +92,7 @@ def environment(course: Path) -> dict[str, str]:
     """Variables for a user who has nothing set up but the course."""
     home = course / "home"
     home.mkdir(exist_ok=True)
-    return jupyterlab.environment(home) | {"JUPYTER_CONFIG_PATH": "autograder"}
+    return nothing_set_up(home) | {"JUPYTER_CONFIG_PATH": "autograder"}
 
 
 def nbgrader(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:

@@ -17,9 +17,9 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests.autograder import toy
-from tests.autograder.nbgrader import course as course_of
-from tests.conftest import working
+from .. import toy
+from ..kernel import working
+from . import course as course_of
 
 pytestmark = [pytest.mark.sandbox, pytest.mark.rest]
 

@@ -11,9 +11,8 @@ from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.grading import batch
 from robust_slam_autograder.sandbox import Unsandboxed
 
-from tests import kernel
-from tests.autograder import toy
-from tests.autograder.nbgrader import course as course_of
+from .. import kernel, toy
+from . import course as course_of
 
 pytestmark = pytest.mark.rest
 

@@ -14,9 +14,9 @@ from robust_slam_autograder.nbgrader import totals
 from robust_slam_autograder.nbgrader.own_files import read_warily
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 
-from tests.autograder import toy
-from tests.autograder.conftest import Run
-from tests.autograder.nbgrader import course as course_of
+from .. import toy
+from ..conftest import Run
+from . import course as course_of
 
 NO_HALF = "def apply(f, x):\n    return f(x) + 1\n"
 REASON = "The statement <b>says</b> nothing of *that*."

@@ -14,11 +14,11 @@ from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.nbgrader.database import url_of
 from robust_slam_autograder.reading import submission
 
-from tests.autograder import toy
-from tests.autograder.grading.disks import full_disk
-from tests.autograder.nbgrader import course
-from tests.autograder.nbgrader.course import FULL, marked, with_text
-from tests.autograder.reports import samples
+from .. import toy
+from ..grading.disks import full_disk
+from ..reports import samples
+from . import course
+from .course import FULL, marked, with_text
 
 NAMES = ("double-by-hand", "double-random", "apply-by-hand", "apply-twice")
 

@@ -9,7 +9,7 @@ from nbgrader.coursedir import CourseDirectory
 from robust_slam_autograder.nbgrader import own_files
 from robust_slam_autograder.nbgrader.own_files import read_warily
 
-from tests.autograder.timestamps import JUNK
+from ..timestamps import JUNK
 
 
 @pytest.fixture

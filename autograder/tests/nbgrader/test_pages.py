@@ -18,9 +18,9 @@ from robust_slam_autograder.nbgrader.safe_markdown import LONGEST, as_html, code
 from robust_slam_autograder.nbgrader.steps import HideTests
 from robust_slam_autograder.reading.assignment import Assignment
 
-from tests.autograder import toy
-from tests.autograder.nbgrader import course as course_of
-from tests.autograder.reports.samples import case, exercise, result
+from .. import toy
+from ..reports.samples import case, exercise, result
+from . import course as course_of
 
 pytestmark = pytest.mark.rest
 

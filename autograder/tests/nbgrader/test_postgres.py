@@ -20,13 +20,13 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import MAX_NAME
 from robust_slam_autograder.reading.submission import DATABASE_VARIABLE
 
-from tests.autograder import toy
-from tests.autograder.conftest import Run
-from tests.autograder.nbgrader import course as course_of
-from tests.autograder.nbgrader import postgresql
-from tests.autograder.nbgrader.course import FULL, marked, with_text
-from tests.autograder.nbgrader.postgresql import PASSWORD
-from tests.conftest import leave_out
+from .. import toy
+from ..conftest import Run
+from ..kernel import leave_out
+from . import course as course_of
+from . import postgresql
+from .course import FULL, marked, with_text
+from .postgresql import PASSWORD
 
 pytestmark = pytest.mark.rest
 

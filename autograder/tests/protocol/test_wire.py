@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from robust_slam_autograder.protocol import wire
 from robust_slam_autograder.protocol.wire import Handle, WireError
 
-from tests.autograder.fuzz import values
-from tests.autograder.fuzz.running import calls
+from ..fuzz import values
+from ..fuzz.running import calls
 
 
 def export(function: object) -> Handle:

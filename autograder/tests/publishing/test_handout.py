@@ -14,8 +14,8 @@ from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.publishing.handout import INSTALL
 from robust_slam_autograder.publishing.student_release import release
 
-from tests.autograder import toy
-from tests.autograder.publishing import world
+from .. import toy
+from . import world
 
 pytestmark = pytest.mark.rest
 

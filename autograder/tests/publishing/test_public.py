@@ -13,8 +13,8 @@ from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.publishing import public
 from robust_slam_autograder.publishing.public import install_cell, publish
 
-from tests.autograder import toy
-from tests.autograder.publishing import world
+from .. import toy
+from . import world
 
 pytestmark = pytest.mark.rest
 

@@ -11,7 +11,7 @@ from robust_slam_autograder.nbgrader.settings import STUB
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook
 
-from tests.autograder import toy
+from .. import toy
 
 SOLUTION_CANARY = "canary-of-the-solution-9b2"
 

@@ -4,7 +4,7 @@ import json
 import subprocess
 from pathlib import Path
 
-from tests.autograder import toy
+from .. import toy
 
 URL = "https://github.com/owner/course"
 COURSE = """\

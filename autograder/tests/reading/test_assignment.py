@@ -10,7 +10,7 @@ from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import Assignment, Config
 from robust_slam_autograder.reading.defaults import Limits
 
-from tests.autograder import toy
+from .. import toy
 
 
 def from_cells(*cells: dict[str, Any]) -> Assignment:

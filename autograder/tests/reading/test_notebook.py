@@ -8,7 +8,7 @@ from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.notebook import Cell
 
-from tests.autograder import toy
+from .. import toy
 
 
 def parsed(value: object) -> tuple[Cell, ...] | str:

@@ -6,7 +6,7 @@ import pytest
 from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.reading.submission import OWN, Code, notebook_in
 
-from tests.autograder import toy
+from .. import toy
 
 DOUBLE, APPLY = "def double(x): pass\n", "def apply(f, x, times): pass\n"
 

@@ -15,8 +15,8 @@ from robust_slam_autograder.reports.class_report import Report, Source
 from robust_slam_autograder.reports.heat_map import HeatMap
 from robust_slam_autograder.reports.similar import Alike, Pair, Two
 
-from tests.autograder.reports import samples
-from tests.autograder.reports.samples import case, exercise, result
+from . import samples
+from .samples import case, exercise, result
 
 SITE = "https://example.org/course/"
 CONFIG = Config(

@@ -8,11 +8,11 @@ from hypothesis import settings
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import class_pages, documents
 
-from tests.autograder.reports import pages, samples
-from tests.autograder.reports.pages import MANY, Skeleton, hostile, report
-from tests.autograder.reports.samples import case, exercise, result
-from tests.autograder.reports.test_class_report import CLASS
-from tests.autograder.test_markup import for_any_text
+from ..test_markup import for_any_text
+from . import pages, samples
+from .pages import MANY, Skeleton, hostile, report
+from .samples import case, exercise, result
+from .test_class_report import CLASS
 
 
 @pytest.fixture(scope="module")

@@ -12,10 +12,10 @@ from robust_slam_autograder.reports import class_pages, hints
 from robust_slam_autograder.reports.class_report import BROKEN, EASY, Report
 from robust_slam_autograder.reports.hints import Hint, Reader
 
-from tests.autograder import toy
-from tests.autograder.reports import pages, samples
-from tests.autograder.reports.pages import report
-from tests.autograder.reports.samples import case, exercise, result
+from .. import toy
+from . import pages, samples
+from .pages import report
+from .samples import case, exercise, result
 
 MARKS = st.lists(st.integers(0, 60), min_size=1, max_size=40)
 

@@ -14,15 +14,12 @@ from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import documents, feedback
 
-from tests.autograder import toy
-from tests.autograder.reports import samples
-from tests.autograder.reports.pages import SITE, Skeleton, page
-from tests.autograder.reports.samples import case, exercise, result
-from tests.autograder.test_markup import GITHUB, for_any_text
+from .. import toy
+from ..test_markup import GITHUB, for_any_text
+from . import samples
+from .pages import SITE, Skeleton, page
+from .samples import case, exercise, result
 
-ROOT = Path(__file__).parents[3]
-# The public course has the release in place of the instructor's sources.
-ASSIGNMENTS = ROOT / ("solutions" if (ROOT / "solutions").is_dir() else "assignments")
 SEED = 20_261
 # Tells what it was called with, wherever a message may come from.
 TELLS = """\

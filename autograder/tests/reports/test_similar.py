@@ -6,8 +6,8 @@ import pytest
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.reports import similar
 
-from tests.autograder import toy
-from tests.autograder.reports import samples
+from .. import toy
+from . import samples
 
 RELEASED = '''\
 def solve(residuals, threshold, start=0.0):

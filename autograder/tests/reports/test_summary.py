@@ -8,8 +8,8 @@ import pytest
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reports import summary
 
-from tests.autograder.reports import samples
-from tests.autograder.test_markup import GITHUB, for_any_text
+from ..test_markup import GITHUB, for_any_text
+from . import samples
 
 COUNTS = {"graded": 3, "refused": 1, "failed": 1, "kept": 0}
 MARKS = [

@@ -2,8 +2,8 @@
 
 from robust_slam_autograder.reports import terminal
 
-from tests.autograder.reports import samples
-from tests.autograder.reports.samples import case, exercise, result
+from . import samples
+from .samples import case, exercise, result
 
 PASSED = exercise("one", "passed", case("a", visible=True))
 PARTLY = exercise(

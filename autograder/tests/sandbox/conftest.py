@@ -2,8 +2,8 @@
 
 import pytest
 
-from tests.autograder.sandbox.probing import walls
-from tests.conftest import working
+from ..kernel import working
+from .probing import walls
 
 
 @pytest.fixture(scope="module", params=walls())

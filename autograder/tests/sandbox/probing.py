@@ -8,8 +8,8 @@ from robust_slam_autograder import sandbox
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.sandbox import Launch, Sandbox
 
-from tests import as_user, kernel
-from tests.autograder.sessions import started
+from .. import as_user, kernel
+from ..sessions import started
 
 ATTACKERS = (*DEFAULT_PACKAGES, "ctypes", "socket", "subprocess")
 """What attacks import: they are to reach the wall, not what tells students of the allow-list."""

@@ -14,9 +14,9 @@ import pytest
 from robust_slam_autograder.sandbox import Fork, Sandbox, cgroup, terms, watch
 from robust_slam_autograder.sandbox.cgroup import Group
 
-from tests.autograder.sandbox.probing import ATTACKERS, LAUNCH, processes_of, run
-from tests.autograder.sessions import started
-from tests.conftest import leave_out
+from ..kernel import leave_out
+from ..sessions import started
+from .probing import ATTACKERS, LAUNCH, processes_of, run
 
 HOLDERS = """
 import fcntl, os, socket

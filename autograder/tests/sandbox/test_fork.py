@@ -12,10 +12,10 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.sandbox import Fork, Launch
 from robust_slam_autograder.sandbox.fork import Forked
 
-from tests.autograder.killing import lives, wait_for
-from tests.autograder.sandbox.probing import LAUNCH, processes_of
-from tests.autograder.sessions import started
-from tests.conftest import working
+from ..kernel import working
+from ..killing import lives, wait_for
+from ..sessions import started
+from .probing import LAUNCH, processes_of
 
 pytestmark = pytest.mark.sandbox
 

@@ -10,7 +10,7 @@ import pytest
 from robust_slam_autograder.executor.session import SessionFault, StudentError
 from robust_slam_autograder.sandbox import InProcess, Unsandboxed
 
-from tests.autograder import sessions
+from .. import sessions
 
 CELLS = (
     "import numpy as np\ndef f(x):\n    return 2 * np.asarray(x)\n",
@@ -61,23 +61,23 @@ def test_errors_cross_with_their_class_and_line(wall):
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ("import robust_slam.estimators", "robust_slam.estimators is withheld"),
-        ("from robust_slam import estimators", "robust_slam.estimators is withheld"),
-        ("import robust_slam as rs; rs.estimators", "robust_slam.estimators is withheld"),
-        ("from robust_slam.graphs import se2", ""),
+        ("import scipy.optimize", "scipy.optimize is withheld"),
+        ("from scipy import optimize", "scipy.optimize is withheld"),
+        ("import scipy as sp; sp.optimize", "scipy.optimize is withheld"),
+        ("from scipy.spatial import distance", ""),
         ("import sympy", "sympy is not available in this assignment"),
         ("import subprocess", "subprocess is not available in this assignment"),
         ("input()", "EOF when reading a line"),
     ],
 )
 def test_what_may_be_imported_is_the_same(wall, line, says):
-    import robust_slam.estimators as ours  # the grader's side may have it
+    import scipy.optimize as ours  # the grader's side may have it
 
-    options = {"withheld": ("robust_slam.estimators",), "packages": ("numpy", "robust_slam")}
+    options = {"withheld": ("scipy.optimize",), "packages": ("numpy", "scipy")}
     with sessions.started(f"{line}\ndef f(): pass", wall=wall, **options) as session:
         said = [str(error) for error in session.errors.values()]
     assert len(said) == bool(says) and all(says in text for text in said)
-    assert sys.modules["robust_slam.estimators"] is ours
+    assert sys.modules["scipy.optimize"] is ours
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.graphs import PoseGraph, pose_graph, se3
 from robust_slam.graphs.pose_graph import precisions
 
-from tests.lib.certificates.dense import data_matrix, lift
-from tests.lib.worlds import random_graph
+from ..worlds import random_graph
+from .dense import data_matrix, lift
 
 
 def summed_cost(graph, poses, weights):

@@ -20,7 +20,7 @@ from robust_slam.graphs.generate import Noise, circle, sphere
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.rotations import nearest_stiefel
 
-from tests.lib.worlds import building, measured, random_information, refused, shaken, walked
+from ..worlds import building, measured, random_information, refused, shaken, walked
 
 pytestmark = pytest.mark.long
 

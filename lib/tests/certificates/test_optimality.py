@@ -10,8 +10,8 @@ from robust_slam.certificates.newton import polish
 from robust_slam.graphs import se2, se3
 from robust_slam.graphs.pose_graph import PoseGraph
 
-from tests.lib.certificates.dense import lift, marginalised
-from tests.lib.worlds import about_z, refused, ring, unit_information
+from ..worlds import about_z, refused, ring, unit_information
+from .dense import lift, marginalised
 
 
 def turning_cycle(group, n, angle):

@@ -19,7 +19,7 @@ from robust_slam.certificates.sdp import (
 )
 from scipy.spatial.transform import Rotation
 
-from tests.lib.worlds import refused
+from ..worlds import refused
 
 SIX = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0], [0, 3], [1, 4]])
 

@@ -9,8 +9,8 @@ from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import rounded, solve_certified
 from robust_slam.graphs import PoseGraph, se3
 
-from tests.lib.certificates.dense import data_matrix, marginalised
-from tests.lib.worlds import assert_same_poses, ring
+from ..worlds import assert_same_poses, ring
+from .dense import data_matrix, marginalised
 
 
 @pytest.mark.parametrize("n", [5, 8, 12])

@@ -11,7 +11,7 @@ from robust_slam.graphs import circle, manhattan, se2, sphere
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 
-from tests.lib.worlds import (
+from ..worlds import (
     measured,
     perturbed,
     random_information,

@@ -8,7 +8,7 @@ from robust_slam.consistency.pairwise import pairwise_distances, pcm, total_dist
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
-from tests.lib.worlds import renumbered, with_outliers
+from ..worlds import renumbered, with_outliers
 
 
 def spoiled(make, seed, outliers=15):

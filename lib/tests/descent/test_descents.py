@@ -10,7 +10,7 @@ from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs import Noise, circle, dead_reckoning, manhattan, pose_graph, se2, sphere
 from robust_slam.graphs.pose_graph import PoseGraph
 
-from tests.lib.worlds import (
+from ..worlds import (
     assert_same_poses,
     dense_jacobian,
     gradient,

@@ -8,7 +8,7 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.metrics import nees
 
-from tests.lib.worlds import dense_jacobian
+from ..worlds import dense_jacobian
 
 both = pytest.mark.parametrize("make", [manhattan, sphere])
 

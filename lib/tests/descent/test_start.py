@@ -10,7 +10,7 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import spanning_tree
 from robust_slam.graphs.pose_graph import precisions
 
-from tests.lib.worlds import (
+from ..worlds import (
     assert_rotations,
     assert_same_poses,
     chain_with_closures,

@@ -15,7 +15,7 @@ from robust_slam.estimators.graduation import GncGm, GncTls, gnc, start_mu
 from robust_slam.graphs import circle, manhattan
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 
-from tests.lib.worlds import refused, with_outliers
+from ..worlds import refused, with_outliers
 
 A, B = (0.0, 0.0, 0.0, 10.0), (-0.2, 0.1, 0.4, 10.0)
 SURROGATES = {

@@ -9,7 +9,7 @@ from robust_slam.estimators.loop import reweight
 from robust_slam.estimators.result import StopReason
 from robust_slam.problems import LocationProblem, chain
 
-from tests.lib.worlds import refused
+from ..worlds import refused
 
 Z = np.array([0.0, 0.0, 0.0, 10.0])
 

@@ -10,7 +10,7 @@ from robust_slam.estimators.result import StopReason
 from robust_slam.problems import PoseGraphProblem
 from scipy.stats import multivariate_normal
 
-from tests.lib.worlds import cost_never_rises, curving_walk, refused
+from ..worlds import cost_never_rises, curving_walk, refused
 
 
 @pytest.mark.parametrize(("pi_in", "switch"), [(0.9, 3.015050), (0.5, 2.156777), (0.99, 3.732929)])

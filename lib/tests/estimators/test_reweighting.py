@@ -9,7 +9,7 @@ from robust_slam.estimators.kernels import KERNELS, cauchy
 from robust_slam.problems import LocationProblem
 from scipy.optimize import least_squares
 
-from tests.lib.worlds import cost_never_rises
+from ..worlds import cost_never_rises
 
 LESSON = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
 

@@ -9,7 +9,7 @@ from robust_slam.estimators.switches import dcs, dcs_switch, joint_switchable, s
 from robust_slam.graphs import Noise, circle, pose_graph, se2
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 
-from tests.lib.worlds import cost_never_rises, curving_walk, refused, shaken, slopes
+from ..worlds import cost_never_rises, curving_walk, refused, shaken, slopes
 
 CHI2 = np.array([0.0, 1e-3, 0.1, 1.0, 7.0, 100.0, 1e6])
 LAM = 12.0

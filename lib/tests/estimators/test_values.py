@@ -17,7 +17,7 @@ from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 
-from tests.lib.worlds import refused, with_outliers
+from ..worlds import refused, with_outliers
 
 HUGE = np.array([0.0, 1e-300, 1e-8, 1.0, 1e100, 1.4e154, 1e200, 1e300])
 

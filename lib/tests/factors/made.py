@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam.factors import FactorGraph, Factors
 from robust_slam.graphs import se3, sphere
 
-from tests.lib.worlds import random_graph, random_information
+from ..worlds import random_graph, random_information
 
 
 def roots(count, d, rng):

@@ -5,9 +5,9 @@ import pytest
 from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.models import POINT, RANGE, RELATIVE
 
-from tests.lib.descent.sparse.matrices import as_dense
-from tests.lib.factors.made import Twin, everything
-from tests.lib.worlds import random_poses, slopes
+from ..descent.sparse.matrices import as_dense
+from ..worlds import random_poses, slopes
+from .made import Twin, everything
 
 
 @pytest.mark.parametrize("model", [RELATIVE, POINT, RANGE], ids=["relative", "point", "range"])

@@ -21,8 +21,8 @@ from robust_slam.graphs import se3
 from robust_slam.graphs.pose_graph import residual_norms
 from robust_slam.problems import PoseGraphProblem
 
-from tests.lib.factors.made import error, everything
-from tests.lib.worlds import assert_same_poses, curving_walk, refused, shaken
+from ..worlds import assert_same_poses, curving_walk, refused, shaken
+from .made import error, everything
 
 
 def test_a_pose_graph_is_solved_as_by_its_own_problem(group):

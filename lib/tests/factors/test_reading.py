@@ -8,7 +8,7 @@ from robust_slam.graphs import se2, se3
 from robust_slam.graphs.graph_file import GraphFileError
 from scipy.spatial.transform import Rotation
 
-from tests.lib.worlds import assert_same_poses, random_information, random_poses, refused
+from ..worlds import assert_same_poses, random_information, random_poses, refused
 
 PLANE = """\
 VERTEX_SE2 3 0 0 0

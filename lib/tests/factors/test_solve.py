@@ -13,8 +13,8 @@ from robust_slam.factors.evidence import evidence
 from robust_slam.graphs import dead_reckoning, manhattan, se2
 from robust_slam.graphs.pose_graph import with_closures
 
-from tests.lib.factors.made import error, flight
-from tests.lib.worlds import refused
+from ..worlds import refused
+from .made import error, flight
 
 pytestmark = pytest.mark.long
 

@@ -13,7 +13,7 @@ from robust_slam.graphs import PoseGraph, add_random_closures, ate, pose_graph, 
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.problems import PoseGraphProblem
 
-from tests.lib.worlds import refused
+from ..worlds import refused
 
 pytestmark = pytest.mark.long
 

@@ -9,7 +9,7 @@ from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
-from tests.lib.worlds import (
+from ..worlds import (
     assert_same_poses,
     chain_with_closures,
     random_poses,

@@ -17,8 +17,8 @@ from robust_slam.graphs.reading import read_poses
 from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
-from tests.lib.graphs.test_g2o import PLANE, SPACE, SPACE_UNIT, UNIT, assert_same_bits
-from tests.lib.worlds import assert_same_poses, refused
+from ..worlds import assert_same_poses, refused
+from .test_g2o import PLANE, SPACE, SPACE_UNIT, UNIT, assert_same_bits
 
 ROTATION_FIRST = [3, 4, 5, 0, 1, 2]
 TRIANGLE = np.arange(1.0, 22.0)

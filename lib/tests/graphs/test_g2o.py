@@ -10,7 +10,7 @@ from robust_slam.graphs.graph_file import GraphFileError
 from robust_slam.graphs.reading import read as read_file
 from scipy.spatial.transform import Rotation
 
-from tests.lib.worlds import assert_same_poses, public_graph, random_graph, refused
+from ..worlds import assert_same_poses, public_graph, random_graph, refused
 
 UNIT = "1 0 0 1 0 1"
 SPACE_UNIT = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1"

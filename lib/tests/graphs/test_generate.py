@@ -6,7 +6,7 @@ from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3
 from robust_slam.graphs.generate import Noise, circle, manhattan, sphere
 from robust_slam.graphs.group import group_of
 
-from tests.lib.worlds import assert_same_poses
+from ..worlds import assert_same_poses
 
 LOUD = Noise(odometry=(0.3, 0.1), closure=(0.2, 0.05))
 

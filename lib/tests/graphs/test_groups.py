@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from robust_slam.graphs import group as groups
 from robust_slam.graphs import se2, se3
 
-from tests.lib.worlds import assert_same_poses, random_poses, random_twists, slopes
+from ..worlds import assert_same_poses, random_poses, random_twists, slopes
 
 FUNCTIONS_OF_POSES = ("inverse", "log", "adjoint", "rotation", "translation")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robust_slam.graphs import gtsam_graph, pose_graph, se2
 
-from tests.lib.worlds import GROUPS, assert_same_poses, random_graph
+from ..worlds import GROUPS, assert_same_poses, random_graph
 
 
 def test_each_factor_is_half_the_square_of_its_edge(gtsam, group, seed):

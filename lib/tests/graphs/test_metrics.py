@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from robust_slam.graphs import se2, se3
 from robust_slam.graphs.metrics import align, ate, nees, precision_recall
 
-from tests.conftest import leave_out
-from tests.lib.worlds import assert_same_poses, random_poses, refused
+from ..worlds import assert_same_poses, leave_out, random_poses, refused
 
 seeds = pytest.mark.parametrize("seed", range(4))
 

@@ -13,7 +13,7 @@ from robust_slam.graphs.outliers import (
     spoil_closures,
 )
 
-from tests.lib.worlds import assert_same_poses, measured, random_information, refused, walked
+from ..worlds import assert_same_poses, measured, random_information, refused, walked
 
 ADDERS = {
     "random": (add_random_closures, 1),

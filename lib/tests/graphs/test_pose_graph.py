@@ -12,7 +12,7 @@ from robust_slam.graphs import concatenate, manhattan, pose_graph, se3, to_colum
 from robust_slam.graphs.pose_graph import PoseGraph, deviations, select
 from scipy.spatial.transform import Rotation
 
-from tests.lib.worlds import perturbed, random_graph, refused, slopes
+from ..worlds import perturbed, random_graph, refused, slopes
 
 
 def valid():

@@ -17,7 +17,7 @@ from robust_slam_course import exercises
 
 from solutions.classes import answers
 from tests.assignments import reference
-from tests.lib.course import drawn
+from tests.course import drawn
 
 DRAWN = Path(__file__).with_name("drawn.json")
 MODULES = {name: name[3:].replace("-", "_") for name in answers.assignments()}

@@ -33,11 +33,11 @@ from robust_slam_course.plots import (
 from robust_slam_course.plots import kernels as curves
 from robust_slam_course.style import figure_style
 
-from tests.lib.course import drawn
-from tests.lib.course.contrast import contrast, luminance
+from tests.course import drawn
+from tests.course.contrast import contrast, luminance
 
 DRAWN = Path(__file__).with_name("drawn.json")
-README_PICTURE = Path(__file__).parents[4] / "chapters" / "assets" / "one-lie.svg"
+README_PICTURE = Path(__file__).parents[3] / "chapters" / "assets" / "one-lie.svg"
 
 FOUR, FIVE, LAST = (-0.2, 0.1, 0.4, 10.0), (0.1, -0.2, 0.15, -0.1, 5.0), [False] * 4 + [True]
 X, U = np.linspace(-4.0, 14.0, 3601), np.linspace(0.0, 8.0, 41)

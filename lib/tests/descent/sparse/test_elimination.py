@@ -5,7 +5,7 @@ import pytest
 from robust_slam.descent.sparse import elimination
 from robust_slam.descent.sparse.elimination import find_elimination, find_fronts
 
-from tests.lib.descent.sparse.matrices import random_edges
+from .matrices import random_edges
 
 
 def fill(n, edges, order):

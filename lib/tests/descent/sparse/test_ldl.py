@@ -9,7 +9,7 @@ import robust_slam as rs
 from robust_slam.descent.sparse import elimination, ldl, simplicial
 from scipy.sparse import csc_array, triu
 
-from tests.lib.descent.sparse.matrices import dense, edge_blocks, random_edges
+from .matrices import dense, edge_blocks, random_edges
 
 
 @pytest.mark.parametrize("seed", range(3))

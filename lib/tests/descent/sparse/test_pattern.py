@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robust_slam.descent.sparse.pattern import find_pattern
 
-from tests.lib.descent.sparse.matrices import (
+from .matrices import (
     METHODS,
     as_dense,
     dense,

@@ -16,13 +16,13 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS
 from robust_slam_autograder.publishing.student_release import release
 
-from tests import depth, npm
-from tests.as_user import ROOT
-from tests.autograder import toy
-from tests.autograder.ci import running
-from tests.autograder.ci.running import GRADER, Runner
-from tests.autograder.publishing import world
-from tests.conftest import leave_out
+from autograder.tests import kernel, toy
+from autograder.tests.as_user import GRADER, ROOT
+from autograder.tests.ci import running
+from autograder.tests.ci.running import Runner
+from autograder.tests.kernel import leave_out
+from autograder.tests.publishing import world
+from tests import npm
 
 pytestmark = pytest.mark.rest
 
@@ -156,7 +156,7 @@ def solve(path: Path, source: str) -> None:
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory, request):
     """A fresh machine; in ``make soak`` it installs from the network."""
-    offline = not depth.is_soak(request.config)
+    offline = not kernel.is_soak(request.config)
     return Runner(tmp_path_factory.mktemp("machine"), offline=offline)
 
 
