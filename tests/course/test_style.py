@@ -80,7 +80,7 @@ for text in (
 
 def test_a_colour_is_changed_in_one_place(tmp_path):
     """In figures, live pictures, quizzes, the site and reports."""
-    shutil.copytree(ROOT / "lib", tmp_path / "lib")
+    shutil.copytree(ROOT / "lib", tmp_path / "lib", ignore=shutil.ignore_patterns(".*"))
     colours = tmp_path / "lib" / "robust_slam" / "colours.toml"
     text = colours.read_text("utf-8").replace(COLOURS["estimate"].light, "#123456")
     colours.write_text(text, "utf-8")

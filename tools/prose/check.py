@@ -19,15 +19,18 @@ HERE = Path(__file__).parent
 PAGES = (
     "README.md",
     "lib/README.md",
+    "lib/course/README.md",
     "autograder/*.md",
     "chapters/*.md",
     "chapters/*.ipynb",
     "solutions/*/*.ipynb",
 )
 CODE = (
-    "lib/**/*.py",
+    "lib/robust_slam/**/*.py",
+    "lib/course/**/*.py",
     "lib/course/robust_slam_course/canvas/js/**/*.js",
-    "autograder/**/*.py",
+    "autograder/*.py",
+    "autograder/robust_slam_autograder/**/*.py",
     "autograder/robust_slam_autograder/publishing/templates/*.txt",
     "autograder/robust_slam_autograder/reports/templates/*.html",
     "benchmarks/**/*.py",

@@ -67,7 +67,7 @@ def archive(tmp_path_factory):
     # Where the course is in no repository, as the public one may be, the folder itself.
     known = [name for name in done.stdout.split("\0") if name]
     for name in known or [str(path.relative_to(GRADER)) for path in GRADER.rglob("*")]:
-        if (GRADER / name).is_file() and "__pycache__" not in name:
+        if (GRADER / name).is_file() and not re.search(r"__pycache__|\.venv", name):
             target = root / "autograder" / name
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(GRADER / name, target)
