@@ -45,8 +45,8 @@ _LEAST = 3
 """Fewer rejected closures are no rival; so many of a group are trusted, lest one is wrong."""
 _TRIED = 5
 """So many groups are tried, the largest first."""
-_CHANCES, _MORE = 5, 1.3
-"""So many draws tell how large groups are by chance; a rival has more than this share."""
+_MORE = 1.3
+"""A rival has more closures than this many times those that agree by chance, and one."""
 _CLEAR = 2.0
 """A closure within so many thresholds is no matter of dispute."""
 _STEPS, _AT_REST = 10, 0.05
@@ -75,13 +75,14 @@ def places(ends: Indices) -> Indices:
 
 def compared(
     search: Search, best: Candidate, closures: Indices, *, in_map: bool = False
-) -> tuple[Array, Indices]:
-    """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many agree by chance.
+) -> tuple[Array, Array]:
+    """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many must agree.
 
-    The distances ``(2, k, k)`` are those of ``pairwise_distances``, in which first the kept edges
-    of the map take the place of the odometry, a tree of the fewest of them, and then the trusted
-    edges; ``in_map`` gives the first alone, ``(1, k, k)``. By chance is any pose of the map seen
-    from any other: so many ``(2,)`` or ``(1,)`` of such closures agree with one at most.
+    The distances ``(2, k, k)`` are those of ``pairwise_distances``, inf beyond the threshold. First
+    the kept edges of the map, a tree of the fewest of them, take the place of the odometry, and
+    then the trusted edges; ``in_map`` gives the first alone, ``(1, k, k)``. More than so many
+    ``(2,)`` or ``(1,)`` must agree with one, since that many do by chance, where closures measure
+    how any pose of the map is seen from any other.
     """
     graph = rescaled(search.graph, best.found)
     whole, every = as_mapped(graph, best), np.arange(best.kept.size)
@@ -90,32 +91,33 @@ def compared(
         replace(whole, is_odometry=np.isin(every, fewest.edge)),
         replace(graph, is_odometry=search.trusted),
     )
-    rng, asked, drawn = np.random.default_rng(0), np.isin(every, closures), []
+    asked, far, enough = np.isin(every, closures), [], []
     for tree in trees[:1] if in_map else trees:
-        draws = (_by_chance(tree, best.poses, closures, rng) for _ in range(_CHANCES))
-        drawn.append([pairwise_distances(one, asked) for one in (tree, *draws)])
-    far = np.array(drawn)
-    agree = far[:, 1:] <= search.threshold
-    return far[:, 0], agree.sum(axis=2).max(axis=(1, 2), initial=0)
+        by_chance = _by_chance(tree, best.poses, closures)
+        found, drawn = (
+            pairwise_distances(one, asked, most=search.threshold) for one in (tree, by_chance)
+        )
+        agree = np.sum(drawn <= search.threshold, axis=1).max(initial=0)
+        far.append(found)
+        enough.append(max(_MORE * (agree + 1), _LEAST - 1))
+    return np.array(far), np.array(enough)
 
 
-def largest(far: Array, chance: Indices, threshold: float) -> Array | None:
+def largest(far: Array, enough: Array, threshold: float) -> Array | None:
     """Return how far closures ``(k,)`` are from that which most agree with, beyond chance.
 
-    The distances ``far`` ``(t, k, k)`` and the counts by ``chance`` ``(t,)`` are of ``compared``.
+    The distances ``far`` ``(t, k, k)`` and what is not ``enough`` ``(t,)`` are of ``compared``.
     It is None where no more agree.
     """
-    more = np.sum(far <= threshold, axis=1) - np.maximum(_MORE * chance, _LEAST - 1)[:, None]
+    more = np.sum(far <= threshold, axis=1) - enough[:, None]
     if more.max(initial=0.0) <= 0.0:
         return None
     return np.asarray(far[np.unravel_index(np.argmax(more), more.shape)])
 
 
-def _by_chance(
-    graph: PoseGraph, poses: Array, closures: Indices, rng: np.random.Generator
-) -> PoseGraph:
+def _by_chance(graph: PoseGraph, poses: Array, closures: Indices) -> PoseGraph:
     """Return the graph whose ``closures`` measure where one pose is seen from another."""
-    i, j = poses[rng.integers(graph.n, size=(2, closures.size))]
+    i, j = poses[np.random.default_rng(0).integers(graph.n, size=(2, closures.size))]
     measurement = graph.measurement.copy()
     measurement[closures] = graph.group.between(i, j)
     return replace(graph, measurement=measurement)
@@ -187,9 +189,9 @@ def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
         return
     free = _free(search, best)
     left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
-    far, chance = compared(search, best, left)
+    far, enough = compared(search, best, left)
     for _ in range(_TRIED):
-        near = largest(far, chance, search.threshold)
+        near = largest(far, enough, search.threshold)
         if near is None or search.deadline.passed:
             return
         group = left[near <= search.threshold]
