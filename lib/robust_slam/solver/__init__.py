@@ -159,7 +159,8 @@ def solve(
         tell("rivals are looked for")
         found = list(contests(search, best))
         if not np.any(search.slips) and not comparable(found):
-            for other in search.wider(best) if misfit_of(search, best) else ():
+            misfit = misfit_of(search, best)
+            for other in search.wider(best) if misfit else ():
                 candidates.append(best := other)
                 found = list(contests(search, best))
         search, best, found = unbeaten(search, best, found)

@@ -29,6 +29,7 @@ from robust_slam.graphs.pose_graph import (
     PoseGraph,
     connected_parts,
     relative_poses,
+    residual_norms,
     residuals,
     select,
     squared_norms,
@@ -93,13 +94,13 @@ def compared(
     )
     asked, far, enough = np.isin(every, closures), [], []
     for tree in trees[:1] if in_map else trees:
-        by_chance = _by_chance(tree, best.poses, closures)
-        found, drawn = (
-            pairwise_distances(one, asked, most=search.threshold) for one in (tree, by_chance)
-        )
-        agree = np.sum(drawn <= search.threshold, axis=1).max(initial=0)
-        far.append(found)
-        enough.append(max(_MORE * (agree + 1), _LEAST - 1))
+        far.append(pairwise_distances(tree, asked, most=search.threshold))
+        enough.append(_LEAST - 1.0)
+        if largest(np.array(far[-1:]), np.array(enough[-1:]), search.threshold) is not None:
+            by_chance = _by_chance(tree, best.poses, closures)
+            drawn = pairwise_distances(by_chance, asked, most=search.threshold)
+            agree = np.sum(drawn <= search.threshold, axis=1).max()
+            enough[-1] = max(enough[-1], _MORE * (agree + 1))
     return np.array(far), np.array(enough)
 
 
@@ -194,15 +195,18 @@ def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
         near = largest(far, enough, search.threshold)
         if near is None or search.deadline.passed:
             return
-        group = left[near <= search.threshold]
-        seed = left[np.argsort(near, kind="stable")[:_LEAST]]
-        tried = np.isin(left, seed)
-        with suppress(ValueError):
-            rival = free.settle("rival", _forced(free, best, seed, group), np.ones(4))
-            if np.all(rival.kept[group]):
-                tried |= rival.kept[left]
-            if np.any(rival.kept[left]):
-                yield rival
+        agree = near <= search.threshold
+        seed = np.argsort(near, kind="stable")[:_LEAST]
+        # Of a group that is torn or leads nowhere, another part may be right.
+        tried = near <= max(np.median(near[agree]), near[seed].max())
+        if places(free.graph.edges[left[agree]]).size > 1:
+            with suppress(ValueError):
+                for poses in _forced(free, best, left[seed], left[agree]):
+                    rival = free.settle("rival", poses, np.ones(4))
+                    if np.any(rival.kept[left]):
+                        yield rival
+                    if np.all(rival.kept[left[agree]]):
+                        tried |= rival.kept[left]
         left, far = left[~tried], far[:, ~tried][:, :, ~tried]
 
 
@@ -212,11 +216,13 @@ def _free(search: Search, best: Candidate) -> Search:
     return replace(search, graph=graph, trusted=graph.is_odometry, learns=False)
 
 
-def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Array:
-    """Return the poses that GNC reaches with a ``group`` whose ``seed`` is trusted.
+def _forced(
+    free: Search, best: Candidate, seed: Indices, group: Indices
+) -> Iterator[Array]:
+    """Yield the poses that GNC reaches with a ``group`` whose ``seed`` is trusted, if it fits.
 
     It begins at the map without the closures that may contradict the seed, where the seed
-    puts sessions.
+    puts sessions. If most of the seed does not fit there, there is no rival.
     """
     used, trusted, n = best.kept.copy(), free.trusted.copy(), free.graph.n
     used[group] = trusted[seed] = True
@@ -227,7 +233,9 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
     problem = Sparing(select(free.graph, used), poses, trusted[used], steps=1)
     first = trusted | (best.kept & ~_against(free, best, seed))
     poses = at_rest(problem, first[used], poses, free.deadline)
-    return gnc(problem, free.threshold, "tls", poses, tol=TOL, max_seconds=free.deadline.left).x
+    left, c = free.deadline.left, free.threshold
+    if np.median(residual_norms(free.graph, poses)[seed]) <= c:
+        yield gnc(problem, c, "tls", poses, tol=TOL, max_seconds=left).x
 
 
 def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
