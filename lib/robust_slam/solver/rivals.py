@@ -216,9 +216,7 @@ def _free(search: Search, best: Candidate) -> Search:
     return replace(search, graph=graph, trusted=graph.is_odometry, learns=False)
 
 
-def _forced(
-    free: Search, best: Candidate, seed: Indices, group: Indices
-) -> Iterator[Array]:
+def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Iterator[Array]:
     """Yield the poses that GNC reaches with a ``group`` whose ``seed`` is trusted, if it fits.
 
     It begins at the map without the closures that may contradict the seed, where the seed
