@@ -79,9 +79,9 @@ def compared(
 ) -> tuple[Array, Array]:
     """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many must agree.
 
-    The distances ``(2, k, k)`` are those of ``pairwise_distances``, inf beyond the threshold. First
-    the kept edges of the map, a tree of the fewest of them, take the place of the odometry, and
-    then the trusted edges; ``in_map`` gives the first alone, ``(1, k, k)``. More than so many
+    The distances ``(2, k, k)`` are those of ``pairwise_distances``, inf beyond the threshold.
+    First the kept edges of the map, a tree of the fewest of them, take the place of the odometry,
+    and then the trusted edges; ``in_map`` gives the first alone, ``(1, k, k)``. More than so many
     ``(2,)`` or ``(1,)`` must agree with one, since that many do by chance, where closures measure
     how any pose of the map is seen from any other.
     """
