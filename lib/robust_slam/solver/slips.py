@@ -160,7 +160,8 @@ def _fewer(unlike: Array, search: Search, best: Candidate) -> tuple[Search, Cand
             break
         less = replace(search, slips=search.slips & (np.arange(best.kept.size) != step))
         with suppress(ValueError):
-            one = less.settle("slips", best.poses, best.tested)
+            name = "slips" if np.any(less.slips) else "DCS"
+            one = less.settle(name, best.poses, best.tested)
             if _worth(unlike, less, one) > _worth(unlike, search, best):
                 search, best = less, one
     return search, best
