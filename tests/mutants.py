@@ -21,17 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SECONDS = 240
 """For one test. A mutant may hang: that counts as caught."""
-PYTEST = (
-    sys.executable,
-    "-B",
-    "-m",
-    "pytest",
-    "-c",
-    "pyproject.toml",
-    "-q",
-    "-p",
-    "no:cacheprovider",
-)
+PYTEST = (sys.executable, "-Bm", "pytest", "-qc", "pyproject.toml", "-p", "no:cacheprovider")
 
 
 @dataclass(frozen=True)

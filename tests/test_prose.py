@@ -31,10 +31,10 @@ def course(root: Path, text: str, module: str = "") -> list[str]:
         {"id": "run", "cell_type": "code", "source": ["crowd = 0"], "metadata": {}},
     ]
     (root / "chapters").mkdir()
-    (root / "lib" / "course").mkdir(parents=True)
+    (root / "lib").mkdir()
     (root / "chapters" / "page.md").write_text(PAGE % text, "utf-8")
     (root / "chapters" / "notebook.ipynb").write_text(json.dumps({"cells": cells}), "utf-8")
-    (root / "lib" / "course" / "module.py").write_text(module, "utf-8")
+    (root / "lib" / "module.py").write_text(module, "utf-8")
     return list(check.findings(root))
 
 
@@ -92,7 +92,7 @@ def test_a_planted_fault_is_found_by_the_linter(tmp_path):
 )
 def test_docstrings_comments_and_messages_are_read(tmp_path, module):
     (found,) = course(tmp_path, "A page.", module)
-    assert found.startswith("lib/course/module.py:1: words: ")
+    assert found.startswith("lib/module.py:1: words: ")
 
 
 def test_captions_and_alternative_texts_are_read():

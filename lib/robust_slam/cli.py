@@ -324,15 +324,10 @@ def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None
 
 
 def _plot(path: Path, graph: rs.PoseGraph, poses: Array, kept: Mask) -> None:
-    import matplotlib
+    from matplotlib.figure import Figure  # with the back end of no window
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    from robust_slam.drawing import draw_map
-
-    figure, axes = plt.subplots(figsize=(7.0, 7.0))
-    draw_map(graph, poses, axes, kept=kept)
+    figure = Figure(figsize=(7.0, 7.0))
+    rs.draw_map(graph, poses, figure.subplots(), kept=kept)
     figure.savefig(path, bbox_inches="tight")
 
 

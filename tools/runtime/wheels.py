@@ -53,12 +53,7 @@ PACKAGES = (
     Package("matplotlib-fontlist", (), (), "tools/runtime/fonts"),
     Package("lazy-loader", ("lazy_loader",), ("packaging",)),
     Package("msgpack", ("msgpack",)),
-    Package(
-        "robust-slam",
-        ("robust_slam",),
-        ("numpy", "lazy-loader"),  # its modules import others when they are first used
-        "lib",
-    ),
+    Package("robust-slam", ("robust_slam",), ("numpy", "lazy-loader"), "lib"),  # more on demand
     Package("robust-slam-course", ("robust_slam_course",), ("robust-slam",), "lib/course"),
     Package(
         "robust-slam-autograder",

@@ -128,8 +128,7 @@ def install_cell(
         name, where = repository.requirement(package, folder).split(" @ ")
         # IPython puts the value in: the address makes a long line, and has one of its own.
         lines += [f'    where = "{where}"', f'    %pip install -q "{name} @ {{where}}"']
-    listed = ", ".join(f'"{module}"' for module in modules)
-    missing = f"None in map(find_spec, [{listed}])"
+    missing = f"None in map(find_spec, {json.dumps(modules)})"
     source = _INSTALL.format(missing=missing, python=python, lines="\n".join(lines))
     return {
         "cell_type": "code",
