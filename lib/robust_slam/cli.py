@@ -17,7 +17,6 @@ import numpy as np
 import robust_slam as rs
 from robust_slam import breaking
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._files import write_lines
 from robust_slam._words import counted
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
@@ -25,12 +24,12 @@ from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.factor_graph import FRAME
 from robust_slam.factors.reading import has_factors, read_factors
 from robust_slam.factors.solve import solve_factors
-from robust_slam.graphs.files import SUFFIXES, find
-from robust_slam.graphs.graph_file import GraphFile
-from robust_slam.graphs.lines import Unknown
-from robust_slam.graphs.matrices import Repair
-from robust_slam.graphs.reading import read
-from robust_slam.graphs.trajectories import other_orders
+from robust_slam.files.graph_file import GraphFile
+from robust_slam.files.lines import Unknown, write_lines
+from robust_slam.files.matrices import Repair
+from robust_slam.files.reading import find, read
+from robust_slam.files.trajectories import other_orders
+from robust_slam.files.writing import SUFFIXES
 from robust_slam.solver import Answer, Support, solve
 from robust_slam.solver.readings import better_reading, swapped_closures
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from robust_slam.factors import reading as of_factors
-from robust_slam.graphs import reading
+from robust_slam.files import reading
 
 from tests.conftest import leave_out
 from tests.lib.worlds import GROUPS
@@ -81,7 +81,7 @@ def _as_the_page_reads(tmp_path_factory):
         wide = list(answers())
         patched.setattr(of_factors, "np", Narrow())
         for module in READING:
-            patched.setattr(f"robust_slam.graphs.{module}.np", Narrow())
+            patched.setattr(f"robust_slam.files.{module}.np", Narrow())
         assert list(answers()) == wide
 
 

@@ -25,10 +25,11 @@ from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.factors import park, solve_factors
-from robust_slam.graphs import add_random_closures, g2o, spanning_tree
+from robust_slam.files import g2o
+from robust_slam.files.gtsam_graph import to_gtsam
+from robust_slam.files.trajectories import write_tum
+from robust_slam.graphs import add_random_closures, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
-from robust_slam.graphs.gtsam_graph import to_gtsam
-from robust_slam.graphs.trajectories import write_tum
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, RotationProblem
 
 from tests.lib.worlds import refused

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import robust_slam as rs
 from robust_slam import cli
-from robust_slam.graphs import datasets
-from robust_slam.graphs.g2o import write
+from robust_slam.files import datasets
+from robust_slam.files.g2o import write
+from robust_slam.files.reading import read
+from robust_slam.files.trajectories import write_tum
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import select
-from robust_slam.graphs.reading import read
-from robust_slam.graphs.trajectories import write_tum
 
 from tests.lib.worlds import refused, with_outliers
 

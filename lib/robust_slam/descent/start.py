@@ -15,7 +15,7 @@ from robust_slam.descent.sparse.elimination import Elimination
 from robust_slam.descent.sparse.pattern import find_pattern, free_elimination, sum_by_pose
 from robust_slam.errors import singular
 from robust_slam.graphs.pose_graph import PoseGraph, check_weights, precisions
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.groups.rotations import nearest_rotations
 
 _SINGULAR = 1e-13
 """A pivot below this share of its diagonal entry counts as 0."""

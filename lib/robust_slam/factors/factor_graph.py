@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Indices, Mask, finite
 from robust_slam._words import counted
 from robust_slam.factors.models import POINT, RANGE, RELATIVE, Model
-from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     check_graph,
@@ -28,6 +27,7 @@ from robust_slam.graphs.pose_graph import (
     checked_information,
     checked_poses,
 )
+from robust_slam.groups.group import Group
 
 FRAME = -1
 """The frame of the map among the ends of a factor."""

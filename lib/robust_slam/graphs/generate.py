@@ -14,9 +14,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Indices, finite, positive
-from robust_slam.graphs import se2, se3
-from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2, se3
+from robust_slam.groups.group import Group, group_of
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
+from robust_slam.groups.group import Group, group_of
 
 _ROUNDS = 50
 """The largest number of batches of pairs to draw."""

@@ -25,9 +25,9 @@ from scipy.spatial import KDTree
 from robust_slam._arrays import Array, Ids, Indices, Mask, finite, mask, times
 from robust_slam._words import counted
 from robust_slam.errors import Underdetermined
-from robust_slam.graphs import se2
-from robust_slam.graphs.group import Group, group_of, upward
-from robust_slam.graphs.rotations import check_rotations
+from robust_slam.groups import se2
+from robust_slam.groups.group import Group, group_of, upward
+from robust_slam.groups.rotations import check_rotations
 
 FEW = 8
 """The smallest number of steps that tell what is usual."""

@@ -7,8 +7,9 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.start import chordal
 from robust_slam.descent.undamped import descend_undamped, gauss_newton
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.graphs import Noise, circle, dead_reckoning, manhattan, pose_graph, se2, sphere
+from robust_slam.graphs import Noise, circle, dead_reckoning, manhattan, pose_graph, sphere
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2
 
 from tests.lib.worlds import (
     assert_same_poses,

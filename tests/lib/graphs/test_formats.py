@@ -9,12 +9,12 @@ import robust_slam as rs
 from evo.tools import file_interface
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robust_slam.graphs import g2o
+from robust_slam.files import g2o
+from robust_slam.files.graph_file import GraphFileError
+from robust_slam.files.reading import read_poses
+from robust_slam.files.trajectories import write_kitti, write_tum
 from robust_slam.graphs.generate import manhattan, sphere
-from robust_slam.graphs.graph_file import GraphFileError
 from robust_slam.graphs.pose_graph import relative_poses, unreached
-from robust_slam.graphs.reading import read_poses
-from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
 from tests.lib.graphs.test_g2o import PLANE, SPACE, SPACE_UNIT, UNIT, assert_same_bits

@@ -5,9 +5,10 @@ import stat
 
 import numpy as np
 import pytest
-from robust_slam.graphs import datasets, g2o, pose_graph
-from robust_slam.graphs.graph_file import GraphFileError
-from robust_slam.graphs.reading import read as read_file
+from robust_slam.files import datasets, g2o
+from robust_slam.files.graph_file import GraphFileError
+from robust_slam.files.reading import read as read_file
+from robust_slam.graphs import pose_graph
 from scipy.spatial.transform import Rotation
 
 from tests.lib.worlds import assert_same_poses, public_graph, random_graph, refused

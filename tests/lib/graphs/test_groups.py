@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robust_slam.graphs import group as groups
-from robust_slam.graphs import se2, se3
+from robust_slam.groups import group as groups
+from robust_slam.groups import se2, se3
 
 from tests.lib.worlds import assert_same_poses, random_poses, random_twists, slopes
 

@@ -8,8 +8,10 @@ import numpy as np
 import pandas
 import pytest
 import robust_slam as rs
-from robust_slam.graphs import concatenate, manhattan, pose_graph, se3, to_columns, to_rows
+from robust_slam.files import to_columns, to_rows
+from robust_slam.graphs import concatenate, manhattan, pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph, deviations, select
+from robust_slam.groups import se3
 from scipy.spatial.transform import Rotation
 
 from tests.lib.worlds import perturbed, random_graph, refused, slopes

@@ -19,10 +19,9 @@ import numpy as np
 
 from robust_slam._arrays import Array, Ids, Indices
 from robust_slam._words import so_do
-from robust_slam.graphs.doubts import Content, doubts
-from robust_slam.graphs.graph_file import GraphFile, Names
-from robust_slam.graphs.group import group_of, upward
-from robust_slam.graphs.lines import (
+from robust_slam.files.doubts import Content, doubts
+from robust_slam.files.graph_file import GraphFile, Names
+from robust_slam.files.lines import (
     Fault,
     ReadId,
     Rows,
@@ -33,8 +32,10 @@ from robust_slam.graphs.lines import (
     rows_of,
     whole,
 )
-from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
+from robust_slam.files.matrices import Indefinite, information_of, row_by_row, uneven
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, steps_of
+from robust_slam.groups import quaternions, se3
+from robust_slam.groups.group import group_of, upward
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
@@ -57,7 +58,7 @@ class Layout:
     edge: str
     pose: int
     dof: int
-    poses: Callable[[Rows], Array]
+    poses: Callable[[Rows], Array] = lambda rows: rows.numbers[:, :3]
     matrices: Matrices = row_by_row
     covariance: bool = False
     angles: tuple[int, ...] = ()
@@ -120,22 +121,27 @@ class Edges:
     notes: tuple[str, ...]
 
 
+def poses_of(rows: Rows) -> Array:
+    """Return the poses ``(k, 3, 4)`` of lines that begin with x y z qx qy qz qw.
+
+    Raises:
+        Fault: a quaternion is 0.
+    """
+    turns = rows.numbers[:, 3:7]
+    rows.refuse(~np.any(turns, axis=1), "the quaternion is 0; no turn is (0, 0, 0, 1)")
+    return se3.from_parts(quaternions.matrices(quaternions.on_grid(turns)), rows.numbers[:, :3])
+
+
 def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
     """Return the graph of a text in one of the formats; ``read`` tells the rules.
 
     Raises:
         Fault: the text is no graph.
     """
-    rows, skipped = _rows(text, form, unknown)
-    layout = _layout(rows, form)
+    rows, skipped, layout = _rows(text, form, unknown)
     vertices, edges = rows[layout.vertex], rows[layout.edge]
     ascending = _ascending_ids(vertices, edges, form)
-    first = 0
-    if form.fix is not None:
-        fix = rows[form.fix]
-        if not all(tag.startswith(form.passed) for tag in skipped):
-            fix = _of_poses(fix, form.fix, ascending, skipped)
-        first = _fixed(fix, ascending)
+    first = 0 if form.fix is None else _fixed(rows[form.fix], ascending, skipped, form)
     ranks = np.searchsorted(ascending, edges.ids)
     _check_joined(ranks, ascending, form)
     found = _edges(edges, layout, form, indefinite, skipped)
@@ -154,25 +160,14 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     ids.flags.writeable = False
     names = form.names(ids)
     content = Content(graph, names, edges.line, np.abs(edges.numbers[:, list(layout.angles)]))
-    return GraphFile(
-        graph,
-        _guess(vertices, layout, order),
-        ids,
-        names,
-        found.repaired,
-        skipped,
-        found.notes,
-        doubts=doubts(content),
-    )
+    poses, said = _guess(vertices, layout, order), doubts(content)
+    return GraphFile(graph, poses, ids, names, found.repaired, skipped, found.notes, doubts=said)
 
 
 def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
     """Return the edges of a text that need not be a whole graph, or raise a Fault."""
-    rows, skipped = _rows(text, form, unknown)
-    layout = _layout(rows, form)
-    edges = rows[layout.edge]
-    _check_not_looped(edges, form)
-    return _edges(edges, layout, form, indefinite, skipped)
+    rows, skipped, layout = _rows(text, form, unknown)
+    return _edges(rows[layout.edge], layout, form, indefinite, skipped)
 
 
 def _edges(
@@ -222,16 +217,28 @@ def _printed(numbers: Array) -> Array:
     return unit
 
 
-def _rows(text: str, form: Format, unknown: Unknown) -> tuple[dict[str, Rows], dict[str, int]]:
-    tags = form.tags
-    tagged, skipped = by_tag(text, tags, form.passed, unknown, form.elsewhere)
-    rows = {
-        name: rows_of(lines, tags[name], form.read_id, form.ids_are)
-        for name, lines in tagged.items()
-    }
+def rows_by_tag(
+    text: str, tags: Mapping[str, Tag], form: Format, unknown: Unknown, elsewhere: str = ""
+) -> tuple[dict[str, Rows], dict[str, int]]:
+    """Return the rows of each of the ``tags``; arguments and faults are those of ``by_tag``."""
+    tagged, skipped = by_tag(text, tags, form.passed, unknown, elsewhere)
+    read = {name: (lines, tags[name], form.read_id) for name, lines in tagged.items()}
+    return {name: rows_of(*each, form.ids_are) for name, each in read.items()}, skipped
+
+
+def _rows(
+    text: str, form: Format, unknown: Unknown
+) -> tuple[dict[str, Rows], dict[str, int], Layout]:
+    """Return the rows of each tag, the skipped tags, and the layout that every line follows."""
+    rows, skipped = rows_by_tag(text, form.tags, form, unknown, form.elsewhere)
     for layout in (form.plane, form.space):
         rows[layout.edge] = _joined([rows[tag] for tag in (layout.edge, *layout.as_edge)])
-    return rows, skipped
+    layout = _layout(rows, form)
+    i, j = rows[layout.edge].ids.T
+    rows[layout.edge].refuse(
+        i == j, lambda k: f"the edge joins vertex {form.names(i[k : k + 1])[0]} to itself; drop it"
+    )
+    return rows, skipped, layout
 
 
 def _joined(parts: Sequence[Rows]) -> Rows:
@@ -242,7 +249,6 @@ def _joined(parts: Sequence[Rows]) -> Rows:
 
 
 def _layout(rows: Mapping[str, Rows], form: Format) -> Layout:
-    """Return the layout that every line follows."""
     plane, space = (
         np.concatenate([rows[layout.vertex].line, rows[layout.edge].line])
         for layout in (form.plane, form.space)
@@ -256,60 +262,48 @@ def _layout(rows: Mapping[str, Rows], form: Format) -> Layout:
     return layout
 
 
-def _check_not_looped(edges: Rows, form: Format) -> None:
-    looped = edges.ids[:, 0] == edges.ids[:, 1]
-    if np.any(looped):
-        name = form.names(edges.ids[np.argmax(looped), :1])[0]
-        raise edges.fault(looped, f"the edge joins vertex {name} to itself; drop it")
-
-
 def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
-    """Return the ids in ascending order, after checks of vertices and edges."""
-    _check_not_looped(edges, form)
+    """Return the ids in ascending order, after checks of the vertices."""
     if not len(vertices):
         return np.unique(edges.ids)
     ascending, first = np.unique(vertices.ids[:, 0], return_index=True)
-    again = ~np.isin(np.arange(len(vertices)), first)
-    if np.any(again):
-        name = form.names(vertices.ids[np.argmax(again)])[0]
-        raise vertices.fault(
-            again,
-            f"vertex {name} is given twice; drop one line or, if two robots have the same ids, "
-            "add an offset to those of one",
-        )
+    vertices.refuse(
+        ~np.isin(np.arange(len(vertices)), first),
+        lambda k: (
+            f"vertex {form.names(vertices.ids[k])[0]} is given twice; drop one line or, if "
+            "two robots have the same ids, add an offset to those of one"
+        ),
+    )
     missing = ~np.isin(edges.ids, ascending)
-    if np.any(missing):
-        name = form.names(edges.ids[missing][:1])[0]
-        raise edges.fault(
-            np.any(missing, axis=1), f"vertex {name} is missing; add its line or drop the edge"
-        )
+    lost = form.names(edges.ids[missing])
+    edges.refuse(
+        np.any(missing, axis=1),
+        lambda _: f"vertex {lost[0]} is missing; add its line or drop the edge",
+    )
     return ascending
 
 
-def _of_poses(fix: Rows, tag: str, ascending: Indices, skipped: dict[str, int]) -> Rows:
-    """Return the FIX lines of poses; those of skipped vertices count as skipped."""
+def _fixed(fix: Rows, ascending: Indices, skipped: dict[str, int], form: Format) -> int:
+    """Return the index in ``ascending`` of the vertex that is pose 0.
+
+    FIX lines of vertices that were skipped count as skipped.
+    """
     known = np.isin(fix.ids[:, 0], ascending)
-    if not np.all(known):
-        skipped[tag] = int(np.sum(~known))
-    return Rows(fix.line[known], fix.ids[known], fix.numbers[known])
-
-
-def _fixed(fix: Rows, ascending: Indices) -> int:
-    """Return the index in ``ascending`` of the vertex that is pose 0."""
+    if form.fix and not np.all(known | all(tag.startswith(form.passed) for tag in skipped)):
+        skipped[form.fix] = int(np.sum(~known))
+        fix = Rows(fix.line[known], fix.ids[known], fix.numbers[known])
     if not len(fix):
         return 0
-    held = int(fix.ids[0, 0])
-    other = fix.ids[:, 0] != held
-    if np.any(other):
-        raise fix.fault(
-            other,
-            f"vertex {fix.ids[np.argmax(other), 0]} is fixed beside vertex {held}; "
-            "the library holds one pose: drop all FIX lines but one",
-        )
-    place = int(np.searchsorted(ascending, held))
-    if place == ascending.size or ascending[place] != held:
-        raise Fault(int(fix.line[0]), f"vertex {held} is missing; fix one that is there")
-    return place
+    held = fix.ids[:, 0]
+    fix.refuse(
+        held != held[0],
+        lambda k: (
+            f"vertex {held[k]} is fixed beside vertex {held[0]}; "
+            "the library holds one pose: drop all FIX lines but one"
+        ),
+    )
+    fix.refuse(~np.isin(held, ascending), f"vertex {held[0]} is missing; fix one that is there")
+    return int(np.searchsorted(ascending, held[0]))
 
 
 def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:

@@ -13,25 +13,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array
-from robust_slam.graphs import se3
-from robust_slam.graphs.lines import Rows
+from robust_slam.groups import se3
 
 _STEP = 2.0**-50
 """The grid of quaternions: rounding in a rotation matrix stays below half a step."""
 _COARSE = 2.0**20
-
-
-def poses_of(rows: Rows) -> Array:
-    """Return the poses ``(k, 3, 4)`` of lines that begin with x y z qx qy qz qw.
-
-    Raises:
-        Fault: a quaternion is 0.
-    """
-    quaternion = rows.numbers[:, 3:7]
-    zero = ~np.any(quaternion, axis=1)
-    if np.any(zero):
-        raise rows.fault(zero, "the quaternion is 0; no turn is (0, 0, 0, 1)")
-    return se3.from_parts(matrices(on_grid(quaternion)), rows.numbers[:, :3])
 
 
 def matrices(quaternion: Array) -> Array:

@@ -1,13 +1,16 @@
-"""Lines of text as arrays: a tag such as ``EDGE_SE2``, then ids, then numbers.
+"""Lines of text as arrays, a tag such as ``EDGE_SE2``, then ids, then numbers; and writing lines.
 
 Blank lines and comments, which start with ``#``, are passed over.
 """
 
 from __future__ import annotations
 
+import os
 import re
+import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -80,9 +83,14 @@ class Rows:
     def __len__(self) -> int:
         return self.line.size
 
-    def fault(self, wrong: Mask, message: str) -> Fault:
-        """Return the fault of the first line that the mask ``wrong`` ``(k,)`` marks."""
-        return Fault(int(self.line[np.argmax(wrong)]), message)
+    def refuse(self, wrong: Mask, words: str | Callable[[int], str]) -> None:
+        """Refuse the first line that the mask ``wrong`` ``(k,)`` marks, if there is one.
+
+        Raises:
+            Fault: with ``words``, or with those that they make of the number of the row.
+        """
+        for k in np.flatnonzero(wrong)[:1].tolist():
+            raise Fault(int(self.line[k]), words if isinstance(words, str) else words(k))
 
 
 def decoded(content: bytes) -> str:
@@ -189,23 +197,20 @@ def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> R
     """
     number, ids, numbers = [], [], []
     first, last, end = 1 + tag.stamps, 1 + tag.stamps + tag.ids, 1 + tag.fields
-    numbers_from = last + tag.unused
     for line, fields in lines:
         number.append(line)
-        for k in (*range(1, first), *range(last, numbers_from)):
+        for k in range(1, first):
             _read(line, k, fields[k], real, "a number")
         ids.append([_read(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
-        numbers.append(
-            [_read(line, k, fields[k], real, "a number") for k in range(numbers_from, end)]
-        )
+        behind = [_read(line, k, fields[k], real, "a number") for k in range(last, end)]
+        numbers.append(behind[tag.unused :])
     rows = Rows(
         np.array(number, dtype=np.int64),
         np.array(ids, dtype=np.int64).reshape(len(ids), tag.ids),
         np.array(numbers, dtype=np.float64).reshape(len(ids), tag.numbers),
     )
     infinite = ~np.all(np.isfinite(rows.numbers), axis=1)
-    if np.any(infinite):
-        raise rows.fault(infinite, "a number is not finite; remove NaN and infinity")
+    rows.refuse(infinite, "a number is not finite; remove NaN and infinity")
     return rows
 
 
@@ -216,8 +221,7 @@ def check_near(rows: Rows, numbers: Array) -> None:
         Fault: a number is beyond 1e30.
     """
     far = np.any(np.abs(numbers) > LARGEST, axis=1)
-    if np.any(far):
-        raise rows.fault(far, f"a number is beyond {LARGEST:g}; give metres and radians")
+    rows.refuse(far, f"a number is beyond {LARGEST:g}; give metres and radians")
 
 
 def whole(field: str) -> int | None:
@@ -242,3 +246,19 @@ def _read(
         comma = ", with a point in place of the comma" if "," in field and read is real else ""
         raise Fault(line, f"field {place} is {field[:40]!r}; give {wanted}{comma}")
     return found
+
+
+def write_lines(path: str | os.PathLike[str], lines: Iterable[str]) -> None:
+    """Write ``lines`` to a temporary file beside ``path``, then rename it to ``path``.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    target = Path(path)
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with part.open("x", encoding="utf-8", newline="\n") as file:
+            file.writelines(lines)
+        part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)

@@ -27,15 +27,24 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Mask, finite, positive
-from robust_slam._files import write_lines
-from robust_slam.graphs import quaternions, se2, se3
-from robust_slam.graphs.doubts import Content, doubts, rolled
-from robust_slam.graphs.graph_file import GraphFile
-from robust_slam.graphs.group import group_of
-from robust_slam.graphs.lines import Fault, Line, Rows, Tag, check_near, real, rows_of, whole
+from robust_slam.files.doubts import Content, doubts, rolled
+from robust_slam.files.graph_file import GraphFile
+from robust_slam.files.lines import (
+    Fault,
+    Line,
+    Rows,
+    Tag,
+    check_near,
+    real,
+    rows_of,
+    whole,
+    write_lines,
+)
+from robust_slam.files.tagged import Edges, poses_of
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
-from robust_slam.graphs.rotations import nearest_rotations
-from robust_slam.graphs.tagged import Edges
+from robust_slam.groups import se2, se3
+from robust_slam.groups.group import group_of
+from robust_slam.groups.rotations import nearest_rotations
 
 _NAMES = "time", "x", "y", "z", "qx", "qy", "qz", "qw"
 _TUM, _KITTI = tuple(range(8)), tuple(range(12))
@@ -94,7 +103,7 @@ def drive_of(text: str) -> Drive:
     told = " ".join(_NAMES[k] for k in np.argsort(columns))
     note = f"a line is read as {told}{unit and f', with the time in {unit}'}"
     notes = (note,) if columns != _TUM or unit else ()
-    return Drive(quaternions.poses_of(poses), times, notes, columns[7] < columns[4])
+    return Drive(poses_of(poses), times, notes, columns[7] < columns[4])
 
 
 def _table(text: str) -> tuple[list[Line], str]:
@@ -171,8 +180,7 @@ def _times(rows: Rows, column: int) -> tuple[Array, str]:
     """Return the times ``(n,)`` (s), and the name of their unit if it is not the second."""
     times = rows.numbers[:, column]
     back = np.diff(times, prepend=-np.inf) <= 0.0
-    if np.any(back):
-        raise rows.fault(back, "the time does not ascend; sort the lines and drop copies")
+    rows.refuse(back, "the time does not ascend; sort the lines and drop copies")
     unit = _unit(times[0])
     return times / unit, _UNITS.get(unit, "")
 
@@ -186,10 +194,7 @@ def _kitti(rows: Rows) -> Array:
     given = rows.numbers.reshape(-1, 3, 4)
     rotation = nearest_rotations(given[:, :, :3])
     off = np.abs(rotation - given[:, :, :3]).max(axis=(1, 2)) > _ROUNDED
-    if np.any(off):
-        raise rows.fault(
-            off, "the left part of [R | t] is not a rotation; give orthonormal columns"
-        )
+    rows.refuse(off, "the left part of [R | t] is not a rotation; give orthonormal columns")
     return se3.from_parts(rotation, given[:, :, 3])
 
 
@@ -199,12 +204,11 @@ def check_ends(closures: Edges, n: int) -> None:
     Raises:
         Fault: one refers to another pose; its line is named.
     """
-    lost = np.any(closures.rows.ids >= n, axis=1)
-    if np.any(lost):
-        name = closures.rows.ids[np.argmax(lost)].max()
-        raise closures.rows.fault(
-            lost, f"pose {name} is missing: the trajectory has 0 to {n - 1}; drop the edge"
-        )
+    last = closures.rows.ids.max(axis=1)
+    closures.rows.refuse(
+        last >= n,
+        lambda k: f"pose {last[k]} is missing: the trajectory has 0 to {n - 1}; drop the edge",
+    )
 
 
 def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None) -> GraphFile:

@@ -1,7 +1,7 @@
 """The nine public pose graphs; ``load`` reads local files and never downloads.
 
 ``load`` looks in the folder of the environment variable ``ROBUST_SLAM_DATA`` and then in
-the user's cache. ``make data``, which is ``python -m robust_slam.graphs.datasets``, downloads all
+the user's cache. ``make data``, which is ``python -m robust_slam.files.datasets``, downloads all
 of them to the cache. ``make book`` first tries to download the two that the chapters show.
 
 Source: the data folder of SE-Sync (Rosen et al. 2019), pinned to one commit, where the
@@ -19,8 +19,9 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from robust_slam.files.g2o import G2O
+from robust_slam.files.tagged import graph_of
 from robust_slam.graphs.pose_graph import PoseGraph
-from robust_slam.graphs.reading import read
 
 URL = (
     "https://raw.githubusercontent.com/david-m-rosen/SE-Sync/"
@@ -46,7 +47,7 @@ SHOWN = ("CSAIL", "intel")
 FOLDER = "ROBUST_SLAM_DATA"
 """The environment variable that names a folder with the files."""
 _OTHER_NAMES = {"M3500": "manhattan"}
-_DOWNLOAD = "python -m robust_slam.graphs.datasets"
+_DOWNLOAD = "python -m robust_slam.files.datasets"
 
 
 class DatasetMissing(FileNotFoundError):
@@ -63,7 +64,7 @@ class DownloadFailed(OSError):
 
 def load(name: str) -> PoseGraph:
     """Return a public graph, of the ``NAMES``, without a download, or raise what ``find`` does."""
-    return read(find(name)).graph
+    return graph_of(find(name).read_text("utf-8"), G2O, "raise", "raise").graph
 
 
 def is_here(name: str) -> bool:

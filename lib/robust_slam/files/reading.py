@@ -1,7 +1,11 @@
-"""A file of a pose graph in any format that the library knows, told by its content."""
+"""A file of a pose graph in any format that the library knows, told by its content.
+
+A public graph is found by its name.
+"""
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 from collections.abc import Iterator, Sequence
@@ -11,13 +15,14 @@ from pathlib import Path
 from typing import get_args
 
 from robust_slam._arrays import Array
-from robust_slam.graphs import trajectories
-from robust_slam.graphs.formats import PYFG, TORO, read_id
-from robust_slam.graphs.g2o import G2O
-from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Unknown, decoded, lines_of, real, with_points
-from robust_slam.graphs.matrices import Indefinite, Repair
-from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
+from robust_slam.files import datasets, trajectories
+from robust_slam.files.formats import PYFG, TORO, read_id
+from robust_slam.files.g2o import G2O
+from robust_slam.files.graph_file import GraphFile, GraphFileError
+from robust_slam.files.lines import Fault, Unknown, decoded, lines_of, real, with_points
+from robust_slam.files.matrices import Indefinite, Repair
+from robust_slam.files.tagged import Edges, Format, edges_alone, graph_of
+from robust_slam.graphs.pose_graph import PoseGraph
 
 _PLAYED = (
     "it holds what sensors said, and no pose graph: let a SLAM system play it and export its "
@@ -43,14 +48,65 @@ _MAGIC = {
     b"ply": ("a cloud of points", "it has no poses"),
 }
 """The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
-
-
+_LOG = logging.getLogger(__name__)
 _AHEAD = 20
 """The largest number of lines, such as names of columns, ahead of a trajectory."""
 _UNTOLD = (
     "a trajectory does not tell how exact it is; give the standard deviations of a step, such as "
     "odometry=(0.05, 0.01) in m and rad"
 )
+
+
+def load(
+    source: str | os.PathLike[str],
+    *,
+    indefinite: Indefinite = "raise",
+    unknown: Unknown = "raise",
+    odometry: tuple[float, float] | None = None,
+    closures: str | os.PathLike[str] | None = None,
+) -> PoseGraph:
+    """Return the graph of a file in any format that ``read`` knows, or a public graph.
+
+    ``source`` is a path, or one of ``datasets.NAMES`` where no such file exists. The other
+    arguments are those of ``read``, which also returns the file's poses and ids. What was
+    replaced, skipped, assumed or looks wrong is logged as a warning.
+
+    Raises:
+        FileNotFoundError: there is neither such a file nor a public graph of that name.
+        DatasetMissing: the public graph is not on this machine.
+        DatasetChanged: its checksum is wrong.
+        GraphFileError, ValueError: as ``read``.
+        OSError: the file cannot be read.
+    """
+    path = find(source)
+    content = read(
+        path, indefinite=indefinite, unknown=unknown, odometry=odometry, closures=closures
+    )
+    for words in content.remarks():
+        _LOG.warning("%s: %s", path, words)
+    return content.graph
+
+
+def find(source: str | os.PathLike[str]) -> Path:
+    """Return the path of a file, or of a public graph by its name.
+
+    Raises:
+        FileNotFoundError: there is neither such a file nor a public graph of that name.
+        DatasetMissing: the public graph is not on this machine.
+        DatasetChanged: its checksum is wrong.
+    """
+    path, name = Path(source), os.fspath(source)
+    if path.exists():
+        return path
+    try:
+        return datasets.find(name)
+    except (datasets.DatasetMissing, datasets.DatasetChanged):
+        raise
+    except ValueError as error:
+        raise FileNotFoundError(
+            f"{name}: there is no such file, nor a public graph of that name; give the path of "
+            f"a file or one of {', '.join(datasets.NAMES)}"
+        ) from error
 
 
 def read(

@@ -17,9 +17,9 @@ from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted, so_do
-from robust_slam.graphs.graph_file import Names, as_closure
-from robust_slam.graphs.group import upward
+from robust_slam.files.graph_file import Names, as_closure
 from robust_slam.graphs.pose_graph import FEW, PoseGraph, deviations, rows_of
+from robust_slam.groups.group import upward
 
 _BLIND = np.pi / np.sqrt(3.0)
 """The deviation (rad) of a direction about which nothing is known: uniform from -π to π."""

@@ -14,8 +14,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.graph_file import Names
-from robust_slam.graphs.lines import LARGEST, Rows
+from robust_slam.files.graph_file import Names
+from robust_slam.files.lines import LARGEST, Rows
 from robust_slam.graphs.pose_graph import out_of_range
 
 Repair: TypeAlias = Literal["nearest", "isotropic"]
@@ -56,31 +56,28 @@ def information_of(
     """
     kind = "covariance" if covariance else "information"
     spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
-    beyond = out_of_range(spectrum, LARGEST)
-    if np.any(beyond):
-        raise rows.fault(
-            beyond,
-            f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
-        )
+    rows.refuse(
+        out_of_range(spectrum, LARGEST),
+        f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
+    )
     weak = _weak(given, spectrum, covariance)
-    if np.any(weak) and indefinite == "raise":
-        raise rows.fault(
+    if indefinite == "raise":
+        rows.refuse(
             weak,
             f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} are "
             f"not); give the upper triangle of {'a' if covariance else 'an inverse'} covariance, "
             'or read with indefinite="nearest" or "isotropic"',
         )
-    if indefinite != "raise":
+    else:
         given[weak], empty = definite(given[weak], indefinite)
         spectrum = np.asarray(np.linalg.eigvalsh(given))
         hopeless = _weak(given, spectrum, covariance) | out_of_range(spectrum, LARGEST)
         hopeless[weak] |= empty
-        if np.any(hopeless):
-            raise rows.fault(
-                hopeless,
-                f"the {kind} matrix has no positive eigenvalue in position or in rotation, or "
-                "entries that differ too much; drop the edge",
-            )
+        rows.refuse(
+            hopeless,
+            f"the {kind} matrix has no positive eigenvalue in position or in rotation, or "
+            "entries that differ too much; drop the edge",
+        )
     return _inverse(given) if covariance else given, np.flatnonzero(weak)
 
 

@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Ids
 from robust_slam._words import counted
-from robust_slam.graphs.formats import BITS, PYFG
-from robust_slam.graphs.g2o import checked_names
-from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.files.formats import BITS, PYFG
+from robust_slam.files.g2o import checked_names
+from robust_slam.files.graph_file import GraphFile
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, steps_of
 
 if TYPE_CHECKING:
