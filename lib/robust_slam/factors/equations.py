@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam._arrays import Array, Mask, times
+from robust_slam._arrays import Array, times
 from robust_slam.descent.sparse.pattern import find_pattern, sum_by_pose
 from robust_slam.descent.step import damping_factor, increases, is_small
-from robust_slam.errors import Underdetermined
 from robust_slam.factors.factor_graph import FRAME, FactorGraph
-from robust_slam.graphs.pose_graph import connected_parts
+from robust_slam.graphs.pose_graph import check_joined, connected_parts
 
 _DAMPING = 1e-4
 _SLOW = 1e-4
@@ -100,19 +99,10 @@ class FactorEquations:
         return self.graph.group.compose(x, self.graph.group.exp(step))
 
     def check_joined(self, weights: Array) -> None:
-        """Check that the factors of positive weight ``(m,)`` connect all poses.
-
-        Raises:
-            Underdetermined: they do not.
-        """
-        used: Mask = weights > 0.0
-        parts = connected_parts(self.graph.nodes + 1, self.graph.ends[used] + 1)[1:]
-        loose = np.flatnonzero(parts[: self.graph.n] != parts[0])
-        if loose.size:
-            raise Underdetermined(
-                f"weights: no factor of positive weight joins pose {loose[0]} to pose 0 "
-                f"({loose.size} poses are loose); trust the odometry or keep a factor"
-            )
+        """Refuse weights ``(m,)`` of factors that do not connect all poses: Underdetermined."""
+        ends = self.graph.ends[weights > 0.0] + 1
+        parts = connected_parts(self.graph.nodes + 1, ends)[1 : self.graph.n + 1]
+        check_joined(parts, "factor")
 
     def _with_frame(self, x: Array) -> Array:
         # The frame is the last entry, so that FRAME, which is −1, finds it.

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Indices, Mask, finite
+from robust_slam._arrays import Array, Indices, Mask, finite, refuse
 from robust_slam._words import counted
 from robust_slam.factors.models import POINT, RANGE, RELATIVE, Model
 from robust_slam.graphs.pose_graph import (
@@ -197,8 +197,7 @@ def _measurement(group: Group, name: str, given: Factors, k: int) -> Array:
         return checked_poses(told, given.measurement, group, k)
     if name == "ranges":
         distance = finite(told, given.measurement, (k,))
-        if np.any(distance < 0.0):
-            raise ValueError(f"{told}: entry {int(np.argmax(distance < 0.0))} is negative")
+        refuse(distance < 0.0, lambda k: f"{told}: entry {k} is negative")
         return distance[:, None]
     return finite(told, given.measurement, (k, group.DIMENSION))
 
@@ -216,18 +215,17 @@ def _ends(name: str, value: ArrayLike, graph: FactorGraph, unary: bool) -> Indic
     most = np.full(pairs.shape[1], graph.nodes)
     if name in ("priors.nodes", "points.nodes"):
         most[0] = graph.n
-    wrong = np.any((pairs < 0) | (pairs >= most), axis=1)
-    if np.any(wrong):
-        k = int(np.argmax(wrong))
-        raise ValueError(
-            f"{name}: entry {k} is {nodes[k].tolist()}; poses are 0 to {graph.n - 1}, landmarks "
-            f"{graph.n} to {graph.nodes - 1}, and what has a frame is a pose"
-        )
+    refuse(
+        np.any((pairs < 0) | (pairs >= most), axis=1),
+        lambda k: (
+            f"{name}: entry {k} is {nodes[k].tolist()}; poses are 0 to {graph.n - 1}, "
+            f"landmarks {graph.n} to {graph.nodes - 1}, and what has a frame is a pose"
+        ),
+    )
     if unary:
         return np.concatenate([np.full_like(pairs, FRAME), pairs], axis=1)
     looped = pairs[:, 0] == pairs[:, 1]
-    if np.any(looped):
-        raise ValueError(f"{name}: entry {int(np.argmax(looped))} joins a node to itself; drop it")
+    refuse(looped, lambda k: f"{name}: entry {k} joins a node to itself; drop it")
     return pairs
 
 

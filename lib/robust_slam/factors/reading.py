@@ -20,11 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from robust_slam._arrays import Array, Indices
-from robust_slam._words import counted
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.files.doubts import few_digits
 from robust_slam.files.g2o import G2O
-from robust_slam.files.graph_file import GraphFile, GraphFileError
+from robust_slam.files.graph_file import GraphFile, GraphFileError, skipped_told
 from robust_slam.files.lines import Fault, Rows, Tag, Unknown, lines_of
 from robust_slam.files.matrices import information_of, row_by_row
 from robust_slam.files.reading import text_of
@@ -85,11 +84,8 @@ class FactorFile:
     def summary(self) -> str:
         """Return what is in the file, a line each."""
         rows = [("factors", f"{self.graph!r}"[len("<FactorGraph: ") : -1])]
-        rows += [
-            ("note", f"skipped {counted(count, 'line')} with the tag {tag}")
-            for tag, count in self.skipped.items()
-        ]
-        rows += [("note", words) for words in (*self.notes, *self.doubts)]
+        said = (*skipped_told(self.skipped), *self.notes, *self.doubts)
+        rows += [("note", words) for words in said]
         return "\n".join(f"{name:<10} {words}" for name, words in rows)
 
     __str__ = summary

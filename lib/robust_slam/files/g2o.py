@@ -65,17 +65,16 @@ def write(
     """
     layout = PLANE if check_graph(graph).group.DIMENSION == 2 else SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
-    ids = np.arange(graph.n, dtype=np.int64) if names is None else checked_names(names, graph.n)
-    write_lines(path, _lines(graph, given, ids, layout))
+    write_lines(path, _lines(graph, given, checked_names(names, graph.n), layout))
 
 
-def checked_names(value: ArrayLike, n: int) -> Ids:
-    """Return ``value`` as ids ``(n,)`` of poses 0 to n - 1.
+def checked_names(value: ArrayLike | None, n: int) -> Ids:
+    """Return ``value`` as ids ``(n,)`` of poses 0 to n - 1, which they are by default.
 
     Raises:
         ValueError: as ``write``.
     """
-    names = np.asarray(value)
+    names = np.arange(n, dtype=np.int64) if value is None else np.asarray(value)
     if names.shape != (n,):
         raise ValueError(f"names: the shape is {names.shape}; give ({n},)")
     if not np.issubdtype(names.dtype, np.integer):

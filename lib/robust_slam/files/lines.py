@@ -9,6 +9,7 @@ import os
 import re
 import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias, TypeVar
@@ -99,13 +100,12 @@ def decoded(content: bytes) -> str:
     Raises:
         Fault: another line is not UTF-8.
     """
-    try:
+    with suppress(UnicodeDecodeError):
         return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("utf-8-sig", errors="surrogateescape")
-    for line, row in enumerate(text.split("\n"), start=1):
-        # Bytes that are not UTF-8 have become surrogates; in a comment they do no harm.
-        if not row.partition("#")[0].isascii():
+    # Bytes that are not UTF-8 become surrogates; in a comment they do no harm.
+    text = content.decode("utf-8-sig", errors="surrogateescape")
+    for line, fields in lines_of(text):
+        if not "".join(fields).isascii():
             raise Fault(line, "the bytes are not UTF-8 text; save the file as plain text")
     return text
 
@@ -190,11 +190,7 @@ def _miscounted(name: str, behind: int, tag: Tag) -> str:
 
 
 def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> Rows:
-    """Return the lines of one tag as arrays; ``ids_are`` says in a message what an id is.
-
-    Raises:
-        Fault: a field is not what it has to be, or a number not finite.
-    """
+    """Return the lines of one tag as arrays, or raise a Fault; ``ids_are`` says what an id is."""
     number, ids, numbers = [], [], []
     first, last, end = 1 + tag.stamps, 1 + tag.stamps + tag.ids, 1 + tag.fields
     for line, fields in lines:
@@ -215,11 +211,7 @@ def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> R
 
 
 def check_near(rows: Rows, numbers: Array) -> None:
-    """Refuse positions and angles ``(k, p)`` of lines that no map can hold.
-
-    Raises:
-        Fault: a number is beyond 1e30.
-    """
+    """Refuse, by a Fault, positions and angles ``(k, p)`` beyond 1e30, which no map can hold."""
     far = np.any(np.abs(numbers) > LARGEST, axis=1)
     rows.refuse(far, f"a number is beyond {LARGEST:g}; give metres and radians")
 
@@ -249,11 +241,7 @@ def _read(
 
 
 def write_lines(path: str | os.PathLike[str], lines: Iterable[str]) -> None:
-    """Write ``lines`` to a temporary file beside ``path``, then rename it to ``path``.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write ``lines`` to a temporary file beside ``path``, then rename it, or raise an OSError."""
     target = Path(path)
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:

@@ -48,11 +48,7 @@ def information_of(
     """Return the information ``(k, D, D)`` of edges, and those whose matrix was replaced.
 
     ``given`` ``(k, D, D)`` is the information of ``rows`` or, with ``covariance``, its inverse;
-    ``indefinite`` is that of ``read``.
-
-    Raises:
-        Fault: an eigenvalue is out of range, or a matrix is not positive definite and is not
-            to be replaced, or cannot be.
+    ``indefinite`` is that of ``read``. A Fault names a line whose matrix cannot be used.
     """
     kind = "covariance" if covariance else "information"
     spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
@@ -145,30 +141,28 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     >>> definite(matrix, "isotropic")[0][0].diagonal().tolist()
     [4.0, 4.0, 9.0]
     """
-    d = 2 if information.shape[-1] == 3 else 3
+    size = information.shape[-1]
+    d = 2 if size == 3 else 3
     blocks = information[:, :d, :d], information[:, d:, d:]
-    spectra = [np.linalg.eigvalsh(block) for block in blocks]
-    empty = np.any([spectrum[:, -1] <= 0.0 for spectrum in spectra], axis=0)
-    repaired = np.broadcast_to(np.eye(information.shape[-1]), information.shape).copy()
-    good = ~empty
-    nearest, sizes = repair == "nearest", [d, information.shape[-1] - d]
+    spectra: list[Array] = [np.asarray(np.linalg.eigvalsh(block)) for block in blocks]
+    good = np.all([spectrum[:, -1] > 0.0 for spectrum in spectra], axis=0)
+    repaired, nearest = np.tile(np.eye(size), (len(good), 1, 1)), repair == "nearest"
     scales = [s[good, -1] if nearest else _harmonic_means(s[good]) for s in spectra]
-    scale = np.repeat(np.stack(scales, axis=1), sizes, axis=1)
+    scale = np.repeat(np.stack(scales, axis=1), [d, size - d], axis=1)
     if nearest:
         repaired[good] = _nearest(information[good], np.sqrt(scale))
     else:
-        repaired[good] = scale[:, :, None] * np.eye(information.shape[-1])
-    return repaired, np.asarray(empty, dtype=np.bool_)
+        repaired[good] = scale[:, :, None] * np.eye(size)
+    return repaired, ~good
 
 
 def _nearest(information: Array, unit: Array) -> Array:
     """Return the nearest matrices after a scaling by ``unit`` ``(k, D)``."""
-    scaled = information / (unit[:, :, None] * unit[:, None, :])
-    values, vectors = np.linalg.eigh(scaled)
-    floor = _FLOOR * values[:, -1:]
-    near = (vectors * np.maximum(values, floor)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
-    back = near * (unit[:, :, None] * unit[:, None, :])
-    return np.asarray(0.5 * (back + np.swapaxes(back, 1, 2)))
+    units = unit[:, :, None] * unit[:, None, :]
+    values, vectors = np.linalg.eigh(information / units)
+    raised = np.maximum(values, _FLOOR * values[:, -1:])
+    near = (vectors * raised[:, None, :]) @ np.swapaxes(vectors, 1, 2) * units
+    return np.asarray(0.5 * (near + np.swapaxes(near, 1, 2)))
 
 
 def _harmonic_means(spectrum: Array) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -51,6 +51,8 @@ _MAGIC = {
 _LOG = logging.getLogger(__name__)
 _AHEAD = 20
 """The largest number of lines, such as names of columns, ahead of a trajectory."""
+_ALONE = "it is for a trajectory, and the file is a graph with edges of its own; leave it out"
+_MATRICES = ("raise", *get_args(Repair))
 _UNTOLD = (
     "a trajectory does not tell how exact it is; give the standard deviations of a step, such as "
     "odometry=(0.05, 0.01) in m and rad"
@@ -73,10 +75,8 @@ def load(
 
     Raises:
         FileNotFoundError: there is neither such a file nor a public graph of that name.
-        DatasetMissing: the public graph is not on this machine.
-        DatasetChanged: its checksum is wrong.
-        GraphFileError, ValueError: as ``read``.
-        OSError: the file cannot be read.
+        DatasetMissing, DatasetChanged: the public graph is not on this machine, or another one.
+        GraphFileError, ValueError, OSError: as ``read``.
     """
     path = find(source)
     content = read(
@@ -91,9 +91,7 @@ def find(source: str | os.PathLike[str]) -> Path:
     """Return the path of a file, or of a public graph by its name.
 
     Raises:
-        FileNotFoundError: there is neither such a file nor a public graph of that name.
-        DatasetMissing: the public graph is not on this machine.
-        DatasetChanged: its checksum is wrong.
+        FileNotFoundError, DatasetMissing, DatasetChanged: as ``load``.
     """
     path, name = Path(source), os.fspath(source)
     if path.exists():
@@ -156,14 +154,18 @@ def read(
     >>> read(path).graph.n, read(path).names.tolist()
     (2, [7, 9])
     """
-    _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
-    _check_word("unknown", unknown, get_args(Unknown))
+    allowed = ("indefinite", indefinite, _MATRICES), ("unknown", unknown, get_args(Unknown))
+    for name, value, words in allowed:
+        if value not in words:
+            raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")
     with _named(path):
         text, commas = text_of(path)
         form = _format(text)
         if form is not None:
             found = graph_of(text, form, indefinite, unknown)
-            _check_alone(odometry, closures)
+            for name, given in (("odometry", odometry), ("closures", closures)):
+                if given is not None:
+                    raise ValueError(f"{name}: {_ALONE}")
             return replace(found, notes=(*commas, *found.notes))
         drive = trajectories.drive_of(text)
         if odometry is None:
@@ -227,25 +229,11 @@ def _format(text: str) -> Format | None:
     return G2O
 
 
-def _check_alone(
-    odometry: tuple[float, float] | None, closures: str | os.PathLike[str] | None
-) -> None:
-    for name, value in (("odometry", odometry), ("closures", closures)):
-        if value is not None:
-            raise ValueError(
-                f"{name}: it is for a trajectory, and the file is a graph with edges of its own; "
-                "leave it out"
-            )
-
-
 def _closures(text: str, indefinite: Indefinite, unknown: Unknown) -> Edges:
     form = _format(text)
     if form is None or form is PYFG:
-        raise Fault(
-            0,
-            "these are no closures; give lines EDGE_SE3:QUAT i j x y z qx qy qz qw and 21 "
-            "numbers of information, or EDGE_SE2",
-        )
+        wanted = "EDGE_SE3:QUAT i j x y z qx qy qz qw and 21 numbers of information, or EDGE_SE2"
+        raise Fault(0, f"these are no closures; give lines {wanted}")
     return edges_alone(text, form, indefinite, unknown)
 
 
@@ -256,8 +244,3 @@ def _named(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except Fault as fault:
         raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
-
-
-def _check_word(name: str, value: str, words: Sequence[str]) -> None:
-    if value not in words:
-        raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")

@@ -4,14 +4,13 @@ The formats g2o, TORO and PyFactorGraph write the same things: vertices with the
 edges with a relative pose and half of a symmetric matrix. A ``Format`` says how each of them
 writes it, and everything that a graph needs is checked here, once.
 
-Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for what such
-a file holds.
+Source: Kümmerle et al. 2011, for what such a file holds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -19,19 +18,10 @@ import numpy as np
 
 from robust_slam._arrays import Array, Ids, Indices
 from robust_slam._words import so_do
-from robust_slam.files.doubts import Content, doubts
+from robust_slam.files import lines
+from robust_slam.files.doubts import doubted
 from robust_slam.files.graph_file import GraphFile, Names
-from robust_slam.files.lines import (
-    Fault,
-    ReadId,
-    Rows,
-    Tag,
-    Unknown,
-    by_tag,
-    check_near,
-    rows_of,
-    whole,
-)
+from robust_slam.files.lines import Fault, ReadId, Rows, Tag, Unknown
 from robust_slam.files.matrices import Indefinite, information_of, row_by_row, uneven
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, steps_of
 from robust_slam.groups import quaternions, se3
@@ -39,9 +29,6 @@ from robust_slam.groups.group import group_of, upward
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
-
-_NAMED = 5
-"""The largest number of vertex ids in a message."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +78,7 @@ class Format:
     fix: str | None = None
     passed: tuple[str, ...] = ()
     elsewhere: str = ""
-    read_id: ReadId = whole
+    read_id: ReadId = lines.whole
     ids_are: str = "a whole number from 0 to 2^63 - 1"
     names: Callable[[Ids], Names] = field(default=lambda ids: ids)
     robots: Callable[[Ids], Ids] = field(default=np.zeros_like)
@@ -122,22 +109,14 @@ class Edges:
 
 
 def poses_of(rows: Rows) -> Array:
-    """Return the poses ``(k, 3, 4)`` of lines that begin with x y z qx qy qz qw.
-
-    Raises:
-        Fault: a quaternion is 0.
-    """
+    """Return the poses ``(k, 3, 4)`` of lines that begin with x y z qx qy qz qw, or a Fault."""
     turns = rows.numbers[:, 3:7]
     rows.refuse(~np.any(turns, axis=1), "the quaternion is 0; no turn is (0, 0, 0, 1)")
     return se3.from_parts(quaternions.matrices(quaternions.on_grid(turns)), rows.numbers[:, :3])
 
 
 def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
-    """Return the graph of a text in one of the formats; ``read`` tells the rules.
-
-    Raises:
-        Fault: the text is no graph.
-    """
+    """Return the graph of a text in one of the formats by the rules of ``read``, or a Fault."""
     rows, skipped, layout = _rows(text, form, unknown)
     vertices, edges = rows[layout.vertex], rows[layout.edge]
     ascending = _ascending_ids(vertices, edges, form)
@@ -149,19 +128,13 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     number = np.arange(ascending.size) + (np.arange(ascending.size) < first)
     number[first] = 0
     order = np.argsort(number)
-    graph = PoseGraph(
-        n=ascending.size,
-        edges=number[ranks],
-        measurement=found.measurement,
-        information=found.information,
-        is_odometry=steps_of(ranks, found.measurement, form.robots(ascending)),
-    )
+    steps = steps_of(ranks, found.measurement, form.robots(ascending))
+    graph = PoseGraph(order.size, number[ranks], found.measurement, found.information, steps)
     ids = ascending[order]
     ids.flags.writeable = False
-    names = form.names(ids)
-    content = Content(graph, names, edges.line, np.abs(edges.numbers[:, list(layout.angles)]))
-    poses, said = _guess(vertices, layout, order), doubts(content)
-    return GraphFile(graph, poses, ids, names, found.repaired, skipped, found.notes, doubts=said)
+    poses, turns = _guess(vertices, layout, order), np.abs(edges.numbers[:, list(layout.angles)])
+    file = GraphFile(graph, poses, ids, form.names(ids), found.repaired, skipped, found.notes)
+    return doubted(replace(file, lines=edges.line, turns=turns))
 
 
 def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
@@ -173,7 +146,7 @@ def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknow
 def _edges(
     rows: Rows, layout: Layout, form: Format, indefinite: Indefinite, skipped: dict[str, int]
 ) -> Edges:
-    check_near(rows, rows.numbers[:, :3])
+    lines.check_near(rows, rows.numbers[:, :3])
     given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
     information, repaired = information_of(rows, given, layout.covariance, indefinite)
     measurement = layout.poses(rows)
@@ -212,8 +185,8 @@ def _printed(numbers: Array) -> Array:
     """
     unit = np.full(len(numbers), 1e-12)
     for place in 10.0 ** np.arange(-11, -1):
-        whole_numbers = np.abs(np.round(numbers / place) - numbers / place) < 1e-4
-        unit[np.all(whole_numbers, axis=1)] = place if place < 0.005 else 1e-12
+        whole = np.all(np.abs(np.round(numbers / place) - numbers / place) < 1e-4, axis=1)
+        unit[whole] = place if place < 0.005 else 1e-12
     return unit
 
 
@@ -221,9 +194,11 @@ def rows_by_tag(
     text: str, tags: Mapping[str, Tag], form: Format, unknown: Unknown, elsewhere: str = ""
 ) -> tuple[dict[str, Rows], dict[str, int]]:
     """Return the rows of each of the ``tags``; arguments and faults are those of ``by_tag``."""
-    tagged, skipped = by_tag(text, tags, form.passed, unknown, elsewhere)
-    read = {name: (lines, tags[name], form.read_id) for name, lines in tagged.items()}
-    return {name: rows_of(*each, form.ids_are) for name, each in read.items()}, skipped
+    tagged, skipped = lines.by_tag(text, tags, form.passed, unknown, elsewhere)
+    return {
+        name: lines.rows_of(found, tags[name], form.read_id, form.ids_are)
+        for name, found in tagged.items()
+    }, skipped
 
 
 def _rows(
@@ -231,9 +206,18 @@ def _rows(
 ) -> tuple[dict[str, Rows], dict[str, int], Layout]:
     """Return the rows of each tag, the skipped tags, and the layout that every line follows."""
     rows, skipped = rows_by_tag(text, form.tags, form, unknown, form.elsewhere)
+    first = {}
     for layout in (form.plane, form.space):
         rows[layout.edge] = _joined([rows[tag] for tag in (layout.edge, *layout.as_edge)])
-    layout = _layout(rows, form)
+        if places := [*rows[layout.vertex].line[:1], *rows[layout.edge].line[:1]]:
+            first[layout] = int(min(places))
+    if len(first) == 2:
+        raise Fault(
+            max(first.values()), "SE(2) and SE(3) are mixed; put them into files of their own"
+        )
+    layout = next(iter(first), form.plane)
+    if not len(rows[layout.edge]):
+        raise Fault(0, f"no edge is there; add lines {form.plane.edge} or {form.space.edge}")
     i, j = rows[layout.edge].ids.T
     rows[layout.edge].refuse(
         i == j, lambda k: f"the edge joins vertex {form.names(i[k : k + 1])[0]} to itself; drop it"
@@ -246,20 +230,6 @@ def _joined(parts: Sequence[Rows]) -> Rows:
     order = np.argsort(np.concatenate([rows.line for rows in parts]))
     columns = ([getattr(rows, name) for rows in parts] for name in ("line", "ids", "numbers"))
     return Rows(*(np.concatenate(column)[order] for column in columns))
-
-
-def _layout(rows: Mapping[str, Rows], form: Format) -> Layout:
-    plane, space = (
-        np.concatenate([rows[layout.vertex].line, rows[layout.edge].line])
-        for layout in (form.plane, form.space)
-    )
-    if plane.size and space.size:
-        first = max(int(plane.min()), int(space.min()))
-        raise Fault(first, "SE(2) and SE(3) are mixed; put them into files of their own")
-    layout = form.space if space.size else form.plane
-    if not len(rows[layout.edge]):
-        raise Fault(0, f"no edge is there; add lines {form.plane.edge} or {form.space.edge}")
-    return layout
 
 
 def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
@@ -309,8 +279,8 @@ def _fixed(fix: Rows, ascending: Indices, skipped: dict[str, int], form: Format)
 def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
     loose = ascending[connected_parts(ascending.size, ranks) > 0]
     if loose.size:
-        named = ", ".join(str(name) for name in form.names(loose[:_NAMED]))
-        rest = f" and {loose.size - _NAMED} more" if loose.size > _NAMED else ""
+        named = ", ".join(str(name) for name in form.names(loose[:5]))
+        rest = f" and {loose.size - 5} more" if loose.size > 5 else ""
         raise Fault(
             0,
             f"no path of edges joins vertex {form.names(ascending[:1])[0]} to {named}{rest}; "
@@ -321,7 +291,7 @@ def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:
     if not len(vertices):
         return None
-    check_near(vertices, vertices.numbers[:, :3])
+    lines.check_near(vertices, vertices.numbers[:, :3])
     ascending = np.argsort(vertices.ids[:, 0])
     poses = layout.poses(vertices)[ascending[order]]
     poses.flags.writeable = False

@@ -59,13 +59,12 @@ def save(
         return
     if poses is None:
         raise TypeError(f"poses: {suffix} holds poses alone; give them, such as answer.poses")
-    given, order = check_poses("poses", poses, graph), np.arange(graph.n)
-    if names is not None:
-        order = np.argsort(g2o.checked_names(names, graph.n))
+    order = np.argsort(g2o.checked_names(names, check_graph(graph).n))
+    given = check_poses("poses", poses, graph)[order]
     if suffix == ".kitti":
-        write_kitti(path, given[order])
+        write_kitti(path, given)
     else:
-        write_tum(path, given[order], None if times is None else np.asarray(times)[order])
+        write_tum(path, given, None if times is None else np.asarray(times)[order])
 
 
 def to_columns(graph: PoseGraph) -> dict[str, NDArray[Any]]:
@@ -74,9 +73,6 @@ def to_columns(graph: PoseGraph) -> dict[str, NDArray[Any]]:
     These are ``i``, ``j``, the measurement, ``x`` and ``y`` (m) and ``theta`` (rad) or ``x`` to
     ``z`` and ``qx`` to ``qw``, the claimed deviations ``sigma_m`` (m) of a coordinate and
     ``sigma_rad`` (rad) of an axis, and ``is_odometry``.
-
-    Raises:
-        TypeError: ``graph`` is not a pose graph.
 
     >>> to_columns(PoseGraph(2, [[0, 1]], [[1, 0, 0.5]], 4 * np.eye(3)))["theta"].tolist()
     [0.5]
@@ -91,10 +87,7 @@ def to_columns(graph: PoseGraph) -> dict[str, NDArray[Any]]:
 
 
 def to_rows(graph: PoseGraph) -> list[tuple[int, int, dict[str, Any]]]:
-    """Return (i, j, other columns) for each edge, as ``networkx.MultiDiGraph`` takes them.
-
-    Raises:
-        TypeError: as ``to_columns``.
+    """Return (i, j, other ``to_columns``) of each edge, as ``networkx.MultiDiGraph`` takes them.
 
     >>> to_rows(PoseGraph(2, [[0, 1]], [[1, 0, 0.5]], 4 * np.eye(3)))[0][2]["sigma_m"]
     0.5

@@ -52,15 +52,12 @@ def find_forest(graph: PoseGraph, used: Mask, length: Array, roots: Indices) -> 
 
 def _distances(n: int, edges: Indices, length: Array, roots: Indices) -> Array:
     """Return the length ``(n,)`` of the shortest path from a root to each pose."""
-    low, high = edges.min(axis=1), edges.max(axis=1)
+    low, high = np.sort(edges, axis=1).T
     # A sparse matrix sums duplicate entries, so only the shortest edge of a pair is kept.
     order = np.lexsort((length, high, low))
-    _, first = np.unique((low * n + high)[order], return_index=True)
-    kept = order[first]
+    kept = order[np.unique((low * n + high)[order], return_index=True)[1]]
     joined = csr_array((length[kept], (low[kept], high[kept])), shape=(n, n))
-    return np.asarray(
-        dijkstra(joined, directed=False, indices=roots, min_only=True), dtype=np.float64
-    )
+    return np.asarray(dijkstra(joined, directed=False, indices=roots, min_only=True), np.float64)
 
 
 def poses_along(graph: PoseGraph, forest: Forest) -> Array:
@@ -75,19 +72,16 @@ def poses_along(graph: PoseGraph, forest: Forest) -> Array:
     # Each pose is known relative to an ancestor. Replacing the ancestor by its own ancestor
     # doubles the distance, so a path of 10000 edges takes 14 rounds instead of 10000.
     while np.any(parent[parent] != parent):
-        poses = group.compose(poses[parent], poses)
-        parent = parent[parent]
+        poses, parent = group.compose(poses[parent], poses), parent[parent]
     return poses
 
 
 def sums_along(forest: Forest, values: Array) -> Array:
     """Return for each pose the sum of ``values`` ``(n, …)`` from its root, not counted, to it."""
-    total = values.copy()
-    parent = forest.parent
+    total, parent = values.copy(), forest.parent
     total[parent == np.arange(parent.size)] = 0.0
     while np.any(parent[parent] != parent):
-        total = total + total[parent]
-        parent = parent[parent]
+        total, parent = total + total[parent], parent[parent]
     return total
 
 

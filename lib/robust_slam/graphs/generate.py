@@ -18,6 +18,9 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.groups import se2, se3
 from robust_slam.groups.group import Group, group_of
 
+_MORE = 1.0 + 1e-9
+"""Distances that rounding makes larger by this factor are near enough."""
+
 
 @dataclass(frozen=True)
 class Noise:
@@ -57,11 +60,11 @@ def circle(
         raise ValueError(f"n is {n} and laps {laps}; give at least 3 poses and 1 lap")
     angle = 2.0 * np.pi * laps * np.arange(n) / n
     radius = positive("radius", radius)
-    truth = np.stack(
-        [radius * np.sin(angle), radius * (1.0 - np.cos(angle)), se2.wrap(angle)], axis=1
-    )
+    x, y = radius * np.sin(angle), radius * (1.0 - np.cos(angle))
+    truth = np.column_stack([x, y, se2.wrap(angle)])
     reach = 2.0 * radius * np.sin(np.pi * laps / n)
-    return _measured(truth, _revisits(truth, reach, closures, rng), noise, rng), truth
+    pairs = _drawn(near_pairs(truth[:, :2], reach * _MORE), closures, rng)
+    return _measured(truth, pairs, noise, rng), truth
 
 
 def manhattan(
@@ -100,9 +103,10 @@ def manhattan(
         raise ValueError(f"side is {side}; give at least 1 block")
     block = positive("block", block)
     crossing, facing = _walk(n, side, turn, rng)
-    truth = np.concatenate([block * crossing, se2.wrap(facing * np.pi / 2)[:, None]], axis=1)
+    truth = np.column_stack([block * crossing, se2.wrap(facing * np.pi / 2)])
     count = n // 5 if closures is None else closures
-    return _measured(truth, _revisits(truth, block, count, rng), noise, rng), truth
+    pairs = _drawn(near_pairs(truth[:, :2], block * _MORE), count, rng)
+    return _measured(truth, pairs, noise, rng), truth
 
 
 def sphere(
@@ -185,23 +189,15 @@ def _measured(
     """Measure each step of the path and the pairs ``closures``."""
     noise, group = Noise() if noise is None else noise, group_of(truth)
     steps = np.arange(len(truth) - 1)
-    odometry = np.stack([steps, steps + 1], axis=1)
-    edges = np.concatenate([odometry, closures])
-    is_odometry = np.arange(len(edges)) < len(odometry)
-    sigma = np.where(
-        is_odometry[:, None],
-        _deviations("noise.odometry", noise.odometry, group),
-        _deviations("noise.closure", noise.closure, group),
-    )
+    edges = np.concatenate([np.stack([steps, steps + 1], axis=1), closures])
+    is_odometry = np.arange(len(edges)) < len(steps)
+    named = (("noise.odometry", noise.odometry), ("noise.closure", noise.closure))
+    sigma = np.where(is_odometry[:, None], *(_deviations(*each, group) for each in named))
     drawn = noise.scale * sigma * rng.normal(size=sigma.shape)
     true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
-    return PoseGraph(
-        n=len(truth),
-        edges=edges,
-        measurement=group.compose(true, group.exp(drawn)),
-        information=np.eye(group.DOF) / sigma[:, :, None] ** 2,
-        is_odometry=is_odometry,
-    )
+    information = np.eye(group.DOF) / sigma[:, :, None] ** 2
+    measurement = group.compose(true, group.exp(drawn))
+    return PoseGraph(len(truth), edges, measurement, information, is_odometry)
 
 
 def _deviations(name: str, sigma: tuple[float, float], group: Group) -> Array:
@@ -210,12 +206,6 @@ def _deviations(name: str, sigma: tuple[float, float], group: Group) -> Array:
     if np.any(checked <= 0.0):
         raise ValueError(f"{name} is {sigma}; give numbers above 0 (scale=0 switches noise off)")
     return np.repeat(checked, [group.DIMENSION, group.DOF - group.DIMENSION])
-
-
-def _revisits(truth: Array, reach: float, count: int, rng: np.random.Generator) -> Indices:
-    """Draw ``count`` pairs (i, j), i + 1 < j, at most ``reach`` apart."""
-    positions = group_of(truth).translation(truth)
-    return _drawn(near_pairs(positions, reach * (1.0 + 1e-9)), count, rng)
 
 
 def near_pairs(positions: Array, reach: float) -> Indices:

@@ -60,9 +60,6 @@ def ate(estimate: ArrayLike, truth: ArrayLike) -> float:
 
     ``estimate`` and ``truth`` are poses ``(n, 3)`` or ``(n, 3, 4)``. Orientations are ignored.
 
-    Raises:
-        ValueError: as ``align``.
-
     Source: Sturm et al. 2012, the absolute trajectory error; Umeyama 1991.
 
     >>> truth = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])

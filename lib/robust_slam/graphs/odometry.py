@@ -1,7 +1,6 @@
 """Initial poses from the odometry alone or along a spanning tree.
 
-Source: Hillis and Steele 1986, "Data parallel algorithms", pointer doubling; Dijkstra 1959
-for the tree.
+Source: Hillis and Steele 1986, pointer doubling; Dijkstra 1959, shortest paths.
 """
 
 from __future__ import annotations
@@ -44,8 +43,6 @@ def dead_reckoning(graph: PoseGraph) -> Array:
     Raises:
         ValueError: no path of odometry leads to some pose.
 
-    Source: Hillis and Steele 1986, "Data parallel algorithms", pointer doubling.
-
     >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], np.eye(3))
     >>> dead_reckoning(graph).round(3)
     array([[0.   , 0.   , 0.   ],
@@ -66,10 +63,8 @@ def accumulated_rotation(graph: PoseGraph, used: ArrayLike | None = None) -> flo
     """Return the largest deviation (rad) of a rotation along a tree of ``used`` edges.
 
     It is that of one axis, relative to pose 0, if the errors of the edges are independent, along
-    ``used`` ``(m,)``, by default the odometry. Above about 1 rad the rotation is lost.
-
-    Raises:
-        ValueError: the mask does not fit, or no path of ``used`` edges leads to some pose.
+    ``used`` ``(m,)``, by default the odometry. Above about 1 rad the rotation is lost. These edges
+    have to connect all poses.
 
     >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, np.diag([1, 1, 4]))
     >>> round(accumulated_rotation(graph), 4)
@@ -94,8 +89,6 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
         Underdetermined: the edges with positive weight do not connect all poses.
-
-    Source: Dijkstra 1959, shortest paths; the lengths are derived here.
 
     >>> graph = PoseGraph(3, [[0, 1], [0, 2]], [[1, 0, 0], [1, 1, 0]], np.eye(3))
     >>> spanning_tree(graph).tolist()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, refuse
 
 _ORTHOGONALITY = 1e-6
 """The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
@@ -23,19 +23,17 @@ def nearest_rotations(matrices: ArrayLike) -> Array:
 
 
 def check_rotations(told: str, matrices: Array) -> None:
-    """Check that ``matrices`` ``(m, d, d)`` are rotations; ``told`` names them in the error.
-
-    Raises:
-        ValueError: one of them is not.
-    """
+    """Refuse, by a ValueError about ``told``, ``matrices`` ``(m, d, d)`` that are no rotations."""
     gap = np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(matrices.shape[-1]))
     invalid = gap.max(axis=(1, 2), initial=0.0) > _ORTHOGONALITY
     invalid |= np.linalg.det(matrices) < 0.0
-    if np.any(invalid):
-        raise ValueError(
-            f"{told} {int(np.argmax(invalid))} is not a rotation matrix; its columns must be "
-            "orthonormal and its determinant 1"
-        )
+    refuse(
+        invalid,
+        lambda k: (
+            f"{told} {k} is not a rotation matrix; its columns must be orthonormal and its "
+            "determinant 1"
+        ),
+    )
 
 
 def nearest_stiefel(matrices: ArrayLike) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, times
+from robust_slam._arrays import Array, ending, times
 
 DIMENSION = 3
 DOF = 6
@@ -128,17 +128,11 @@ def inverse_right_jacobian(xi: ArrayLike) -> Array:
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape[-2:] != POSE_SHAPE:
-        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 3, 4), each [R | t]")
-    return array
+    return ending(name, value, POSE_SHAPE, "[R | t]")
 
 
 def _twist(name: str, value: ArrayLike) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.ndim == 0 or array.shape[-1] != DOF:
-        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 6), each (ρ, φ)")
-    return array
+    return ending(name, value, (DOF,), "(ρ, φ)")
 
 
 def _length(v: Array) -> Array:
