@@ -7,10 +7,10 @@ import dataclasses
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
 from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.factor_graph import FRAME
-from robust_slam.factors.reading import has_factors, read_factors
+from robust_slam.factors.reading import FactorFile, has_factors, read_factors
 from robust_slam.factors.solve import solve_factors
 from robust_slam.files.graph_file import GraphFile
 from robust_slam.files.lines import Unknown, write_lines
@@ -33,6 +33,7 @@ from robust_slam.files.writing import SUFFIXES
 from robust_slam.solver import Answer, Support, solve
 from robust_slam.solver.readings import better_reading, swapped_closures
 
+Found = TypeVar("Found")
 _CLOSED, _INTERRUPTED, _REFUSED, _DOUBTFUL = 141, 130, 2, 1
 _HERE = {
     'unknown="skip"': "--unknown skip",
@@ -196,13 +197,7 @@ def _solve(options: argparse.Namespace) -> int:
     if options.unknown == "raise" and has_factors(path):
         return _solve_factors(path, options)
     file = _read(path, options)
-    print(file.summary())
-    answer = solve(
-        file.graph,
-        options.probability,
-        progress=not options.quiet,
-        max_seconds=options.max_seconds,
-    )
+    answer = _answered(file, solve, options)
     print(f"\n{answer.summary(file.names)}")
     _print_edges("trusted", answer.bridges.edges, file)
     _print_edges("rejected", answer.rejected, file)
@@ -252,13 +247,7 @@ def _solve_factors(path: Path, options: argparse.Namespace) -> int:
                 "GPS; drop it, or leave their lines out with --unknown skip"
             )
     file = read_factors(path)
-    print(file.summary())
-    answer = solve_factors(
-        file.graph,
-        options.probability,
-        progress=not options.quiet,
-        max_seconds=options.max_seconds,
-    )
+    answer = _answered(file, solve_factors, options)
     print(f"\n{answer.summary()}")
     relative, ids = file.graph.relative, file.ids
     if options.out is not None:
@@ -276,13 +265,20 @@ def _solve_factors(path: Path, options: argparse.Namespace) -> int:
     return _DOUBTFUL
 
 
+def _answered(
+    file: GraphFile | FactorFile, solver: Callable[..., Found], options: argparse.Namespace
+) -> Found:
+    """Print what is in a file, and return the answer of a solver about it."""
+    print(file.summary())
+    return solver(file.graph, options.probability, **_limits(options))
+
+
+def _limits(options: argparse.Namespace) -> dict[str, Any]:
+    return {"progress": not options.quiet, "max_seconds": options.max_seconds}
+
+
 def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace) -> None:
-    better = better_reading(
-        answer,
-        others=other_orders(file),
-        progress=not options.quiet,
-        max_seconds=options.max_seconds,
-    )
+    better = better_reading(answer, others=other_orders(file), **_limits(options))
     if better is None:
         print(f"{'reading':<8} no other one rejects half as many closures")
         return
@@ -303,12 +299,11 @@ def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -
 
 
 def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:
-    if options.out is not None:
-        rs.save(options.out, answer.graph, answer.poses, names=file.ids, times=file.times)
-        print(f"{'poses':<8} {options.out}")
-    if options.clean is not None:
-        rs.save(options.clean, answer.clean, answer.poses, names=file.ids)
-        print(f"{'clean':<8} {options.clean}")
+    for word, path, graph in (("poses", options.out, "graph"), ("clean", options.clean, "clean")):
+        if path is not None:
+            found = getattr(answer, graph)
+            rs.save(path, found, answer.poses, names=file.ids, times=file.times)
+            print(f"{word:<8} {path}")
     if options.plot is not None:
         _plot(options.plot, answer.graph, answer.poses, answer.kept)
         print(f"{'plot':<8} {options.plot}")

@@ -215,13 +215,10 @@ def _ends(name: str, value: ArrayLike, graph: FactorGraph, unary: bool) -> Indic
     most = np.full(pairs.shape[1], graph.nodes)
     if name in ("priors.nodes", "points.nodes"):
         most[0] = graph.n
-    refuse(
-        np.any((pairs < 0) | (pairs >= most), axis=1),
-        lambda k: (
-            f"{name}: entry {k} is {nodes[k].tolist()}; poses are 0 to {graph.n - 1}, "
-            f"landmarks {graph.n} to {graph.nodes - 1}, and what has a frame is a pose"
-        ),
-    )
+    wrong, last = np.any((pairs < 0) | (pairs >= most), axis=1), graph.nodes - 1
+    there = f"poses are 0 to {graph.n - 1}, landmarks {graph.n} to {last}"
+    words = f"{there}, and what has a frame is a pose"
+    refuse(wrong, lambda k: f"{name}: entry {k} is {nodes[k].tolist()}; {words}")
     if unary:
         return np.concatenate([np.full_like(pairs, FRAME), pairs], axis=1)
     looped = pairs[:, 0] == pairs[:, 1]

@@ -108,8 +108,7 @@ def download(names: Iterable[str] = NAMES, base_url: str = URL) -> list[Path]:
 
     Raises:
         DownloadFailed: a file cannot be downloaded, or its checksum is wrong.
-        ImportError: pooch or tqdm is missing; both come with the extra ``data``.
-        ValueError: there is no public graph of that name.
+        ImportError, ValueError: pooch or tqdm is missing, or there is no such public graph.
     """
     _needed("tqdm")
     return [_fetch(name, base_url, progressbar=True) for name in [*map(_known, names)]]
@@ -142,21 +141,14 @@ def _known(name: str) -> str:
 def _folders() -> list[Path]:
     found = [Path(given)] if (given := os.environ.get(FOLDER)) else []
     with suppress(ImportError):
-        found.append(_cache(_needed("pooch")))
+        found.append(Path(_needed("pooch").os_cache("robust-slam")))
     return found
 
 
 def _needed(module: str) -> ModuleType:
-    try:
+    with suppress(ImportError):
         return import_module(module)
-    except ImportError:
-        raise ImportError(
-            f"{module} is missing; install the extra `data`: pip install pooch tqdm"
-        ) from None
-
-
-def _cache(pooch: ModuleType) -> Path:
-    return Path(pooch.os_cache("robust-slam"))
+    raise ImportError(f"{module} is missing; install the extra `data`: pip install pooch tqdm")
 
 
 def _checked(path: Path, sha256: str) -> Path:
@@ -171,9 +163,9 @@ def _checked(path: Path, sha256: str) -> Path:
 def _fetch(name: str, base_url: str, **options: float) -> Path:
     """Return the path of a file in the cache; ``options`` are those of pooch's downloader."""
     pooch, file, known = _needed("pooch"), f"{name}.g2o", f"sha256:{SHA256[name]}"
-    load = pooch.HTTPDownloader(**options)
+    load, cache = pooch.HTTPDownloader(**options), pooch.os_cache("robust-slam")
     try:
-        return Path(pooch.retrieve(base_url + file, known, file, _cache(pooch), downloader=load))
+        return Path(pooch.retrieve(base_url + file, known, file, cache, downloader=load))
     # Errors of the connection are OSErrors; a wrong hash is a ValueError.
     except (OSError, ValueError) as error:
         remedy = f"try again, or put the file into a folder that {FOLDER} names"

@@ -38,12 +38,7 @@ _AHEAD, _ASTRAY = 0.9, 0.75
 
 
 def doubted(file: GraphFile) -> GraphFile:
-    """Return ``file`` with a sentence in ``doubts`` for each sign that it was meant otherwise.
-
-    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], np.diag([1e-2, 1e-2, 1e-4]))
-    >>> doubted(GraphFile(graph, None, np.arange(2), np.arange(2))).doubts[0][:40]
-    'the matrices claim a deviation of 100 ra'
-    """
+    """Return ``file`` with a sentence in ``doubts`` for each sign that it was meant otherwise."""
     return replace(file, doubts=tuple(words for each in DOUBTS.values() if (words := each(file))))
 
 
@@ -54,9 +49,9 @@ def _degrees(file: GraphFile) -> str:
         return ""
     k, more = far[0], so_do(far.size - 1)
     return (
-        f"line {file.lines[k]}: edge {file.named(k)} turns by {file.turns[k].max():.4g} "
-        f"rad, more than a circle{more}; if these are degrees, multiply them by π/180, and the "
-        "information of the rotations by (180/π)²"
+        f"line {file.lines[k]}: edge {file.named(k)} turns by {file.turns[k].max():.4g} rad, more "
+        f"than a circle{more}; if these are degrees, multiply them by π/180, and the information "
+        "of the rotations by (180/π)²"
     )
 
 
@@ -75,15 +70,11 @@ def _covariances(file: GraphFile) -> str:
     one_number = np.eye(graph.group.DOF) * graph.information[0, 0, 0]
     if not (rotation or position) or np.all(graph.information == one_number):
         return ""
-    words = (
-        f"a deviation of {claimed[1]:.3g} rad, with which a direction is unknown"
-        if rotation
-        else f"a deviation of {claimed[0]:.3g} m for steps of {step:.3g} m"
-    )
-    return (
-        f"the matrices claim {words}; if they are covariances, write their inverses, the "
-        "information"
-    )
+    words = f"{claimed[0]:.3g} m for steps of {step:.3g} m"
+    if rotation:
+        words = f"{claimed[1]:.3g} rad, with which a direction is unknown"
+    remedy = "if they are covariances, write their inverses, the information"
+    return f"the matrices claim a deviation of {words}; {remedy}"
 
 
 def _w_first(file: GraphFile) -> str:

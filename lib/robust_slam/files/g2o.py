@@ -28,7 +28,7 @@ from robust_slam._arrays import Array, Ids
 from robust_slam.files.lines import LARGEST_ID, write_lines
 from robust_slam.files.tagged import Format, Layout, poses_of
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
-from robust_slam.groups import quaternions, se3
+from robust_slam.groups.rotations import quaternions_of
 
 _PLANE_TOO = "EDGE_SE2_SWITCHABLE", "EDGE_SE2_MAXMIX"
 _SPACE_TOO = "EDGE_SE3_SWITCHABLE", "EDGE_SE3_MAXMIX"
@@ -107,4 +107,4 @@ def pose_numbers(poses: Array) -> Array:
     """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses: x y θ, or x y z and a quaternion."""
     if poses.ndim == 2:
         return poses
-    return np.concatenate([se3.translation(poses), quaternions.of(poses)], axis=1)
+    return np.concatenate([poses[:, :, 3], quaternions_of(poses[:, :, :3])], axis=1)

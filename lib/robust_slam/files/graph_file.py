@@ -66,14 +66,6 @@ class GraphFile:
         """The odometry, ascending."""
         return np.flatnonzero(self.graph.is_odometry)
 
-    @property
-    def leaps(self) -> Indices:
-        """The odometry, ascending, between ids further apart than neighbouring ids mostly are."""
-        usual = np.median(np.diff(np.sort(self.ids)))
-        apart = np.abs(np.diff(self.ids[self.graph.edges], axis=1)[:, 0])
-        leaps: Indices = np.flatnonzero(self.graph.is_odometry & (apart > usual))
-        return leaps
-
     def steps_between(self, i: str, j: str) -> Mask:
         """Return the odometry ``(m,)`` between two ids of the file, in either order."""
         ends = np.sort(self.names[self.graph.edges].astype(np.str_), axis=1)
@@ -94,20 +86,20 @@ class GraphFile:
         ]
 
     def _leap_told(self) -> list[str]:
-        """Return a sentence about odometry across a gap in the ids, if there is some."""
-        if not self.leaps.size:
-            return []
+        """Return a sentence about odometry between ids further apart than neighbours usually."""
+        usual = np.median(np.diff(np.sort(self.ids)))
+        apart = np.abs(np.diff(self.ids[self.graph.edges], axis=1)[:, 0])
+        leaps = np.flatnonzero(self.graph.is_odometry & (apart > usual))
         return [
-            f"edge {self.named(self.leaps[0])} crosses a gap in the ids"
-            f"{so_do(self.leaps.size - 1)} and counts as odometry, which is trusted; if it is a "
-            f"loop closure, name it: {self.as_closure(self.leaps[0])}"
+            f"edge {self.named(k)} crosses a gap in the ids{so_do(leaps.size - 1)} and counts as "
+            f"odometry, which is trusted; if it is a loop closure, name it: {self.as_closure(k)}"
+            for k in leaps[:1]
         ]
 
     def summary(self) -> str:
         """Return the table of the graph's ``summary``, and a line for each of the ``remarks``."""
-        return "\n".join(
-            [self.graph.summary(), *(f"{'note':<10} {words}" for words in self.remarks())]
-        )
+        notes = (f"{'note':<10} {words}" for words in self.remarks())
+        return "\n".join([self.graph.summary(), *notes])
 
     __str__ = summary
 

@@ -11,6 +11,7 @@ Source: Dellaert 2012, "Factor graphs and GTSAM", for the conventions of the fac
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -132,10 +133,9 @@ def _information(gtsam: ModuleType, factor: Any) -> Array:  # noqa: ANN401 (a be
 
 
 def _gtsam() -> ModuleType:
-    try:
+    with suppress(ImportError):
         return import_module("gtsam")
-    except ImportError:
-        raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
+    raise ImportError("gtsam is missing; install it with: pip install gtsam")
 
 
 def _ours(pose: Any) -> Array:  # noqa: ANN401 (a Pose2 or a Pose3)
@@ -146,6 +146,5 @@ def _ours(pose: Any) -> Array:  # noqa: ANN401 (a Pose2 or a Pose3)
 
 def _theirs(pose: Array) -> Any:  # noqa: ANN401 (a Pose2 or a Pose3)
     gtsam = _gtsam()
-    if pose.ndim == 1:
-        return gtsam.Pose2(*pose.tolist())
-    return gtsam.Pose3(gtsam.Rot3(pose[:, :3]), pose[:, 3])
+    plane = pose.ndim == 1
+    return gtsam.Pose2(*pose) if plane else gtsam.Pose3(gtsam.Rot3(pose[:, :3]), pose[:, 3])

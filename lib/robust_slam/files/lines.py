@@ -178,15 +178,13 @@ def _unknown(name: str, text: str, tags: Mapping[str, Tag], elsewhere: str) -> s
 
 
 def _miscounted(name: str, behind: int, tag: Tag) -> str:
-    said = f"{name} has {behind} fields behind it; give {tag.fields}"
-    if not tag.half:
+    said, last = f"{name} has {behind} fields behind it; give {tag.fields}", len(tag.half)
+    if not last:
         return said
-    if behind != tag.fields - len(tag.half):
-        return f"{said}, of which the last {len(tag.half)} are half of a matrix, row by row"
-    return (
-        f"{said}: the last {len(tag.half)}, how precise it is, are missing; for deviations of "
-        f"0.1 m and 0.05 rad append {' '.join(tag.half)}"
-    )
+    if behind != tag.fields - last:
+        return f"{said}, of which the last {last} are half of a matrix, row by row"
+    remedy = f"for deviations of 0.1 m and 0.05 rad append {' '.join(tag.half)}"
+    return f"{said}: the last {last}, how precise it is, are missing; {remedy}"
 
 
 def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> Rows:

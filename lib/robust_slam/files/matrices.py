@@ -1,9 +1,7 @@
 """Information matrices from the numbers of a file: whole, and fit to be used.
 
-Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for the half that
-a file holds; Higham 1988, "Computing a nearest symmetric positive semidefinite matrix", Theorem
-2.1, and Rosen et al. 2019, the appendix on concentration parameters, for what replaces a matrix;
-the tests of it are derived here.
+Source: Higham 1988, Theorem 2.1, and Rosen et al. 2019, the appendix on concentration parameters,
+for what replaces a matrix; the tests of it are derived here.
 """
 
 from __future__ import annotations
@@ -52,10 +50,8 @@ def information_of(
     """
     kind = "covariance" if covariance else "information"
     spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
-    rows.refuse(
-        out_of_range(spectrum, LARGEST),
-        f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
-    )
+    words = "matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians"
+    rows.refuse(out_of_range(spectrum, LARGEST), f"the {kind} {words}")
     weak = _weak(given, spectrum, covariance)
     if indefinite == "raise":
         rows.refuse(
@@ -136,10 +132,6 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     in the Frobenius norm no such matrix is nearer, after position and rotation are scaled by their
     largest diagonal entries. "isotropic" takes one precision for each of both, the harmonic mean
     of the positive eigenvalues of its block. A block without one cannot be repaired.
-
-    >>> matrix = np.diag([4.0, -1.0, 9.0])[None]
-    >>> definite(matrix, "isotropic")[0][0].diagonal().tolist()
-    [4.0, 4.0, 9.0]
     """
     size = information.shape[-1]
     d = 2 if size == 3 else 3

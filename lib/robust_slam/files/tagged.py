@@ -24,8 +24,9 @@ from robust_slam.files.graph_file import GraphFile, Names
 from robust_slam.files.lines import Fault, ReadId, Rows, Tag, Unknown
 from robust_slam.files.matrices import Indefinite, information_of, row_by_row, uneven
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, steps_of
-from robust_slam.groups import quaternions, se3
+from robust_slam.groups import se3
 from robust_slam.groups.group import group_of, upward
+from robust_slam.groups.rotations import from_quaternions, on_grid
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
@@ -112,7 +113,7 @@ def poses_of(rows: Rows) -> Array:
     """Return the poses ``(k, 3, 4)`` of lines that begin with x y z qx qy qz qw, or a Fault."""
     turns = rows.numbers[:, 3:7]
     rows.refuse(~np.any(turns, axis=1), "the quaternion is 0; no turn is (0, 0, 0, 1)")
-    return se3.from_parts(quaternions.matrices(quaternions.on_grid(turns)), rows.numbers[:, :3])
+    return se3.from_parts(from_quaternions(on_grid(turns)), rows.numbers[:, :3])
 
 
 def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
@@ -237,19 +238,12 @@ def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
     if not len(vertices):
         return np.unique(edges.ids)
     ascending, first = np.unique(vertices.ids[:, 0], return_index=True)
-    vertices.refuse(
-        ~np.isin(np.arange(len(vertices)), first),
-        lambda k: (
-            f"vertex {form.names(vertices.ids[k])[0]} is given twice; drop one line or, if "
-            "two robots have the same ids, add an offset to those of one"
-        ),
-    )
+    again, names = ~np.isin(np.arange(len(vertices)), first), form.names(vertices.ids[:, 0])
+    words = "drop one line or, if two robots have the same ids, add an offset to those of one"
+    vertices.refuse(again, lambda k: f"vertex {names[k]} is given twice; {words}")
     missing = ~np.isin(edges.ids, ascending)
-    lost = form.names(edges.ids[missing])
-    edges.refuse(
-        np.any(missing, axis=1),
-        lambda _: f"vertex {lost[0]} is missing; add its line or drop the edge",
-    )
+    lost, wrong = form.names(edges.ids[missing]), np.any(missing, axis=1)
+    edges.refuse(wrong, lambda _: f"vertex {lost[0]} is missing; add its line or drop the edge")
     return ascending
 
 
@@ -264,14 +258,9 @@ def _fixed(fix: Rows, ascending: Indices, skipped: dict[str, int], form: Format)
         fix = Rows(fix.line[known], fix.ids[known], fix.numbers[known])
     if not len(fix):
         return 0
-    held = fix.ids[:, 0]
-    fix.refuse(
-        held != held[0],
-        lambda k: (
-            f"vertex {held[k]} is fixed beside vertex {held[0]}; "
-            "the library holds one pose: drop all FIX lines but one"
-        ),
-    )
+    held, words = fix.ids[:, 0], "the library holds one pose: drop all FIX lines but one"
+    others = held != held[0]
+    fix.refuse(others, lambda k: f"vertex {held[k]} is fixed beside vertex {held[0]}; {words}")
     fix.refuse(~np.isin(held, ascending), f"vertex {held[0]} is missing; fix one that is there")
     return int(np.searchsorted(ascending, held[0]))
 
@@ -279,13 +268,10 @@ def _fixed(fix: Rows, ascending: Indices, skipped: dict[str, int], form: Format)
 def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
     loose = ascending[connected_parts(ascending.size, ranks) > 0]
     if loose.size:
-        named = ", ".join(str(name) for name in form.names(loose[:5]))
+        first, *named = form.names(np.append(ascending[:1], loose[:5]))
         rest = f" and {loose.size - 5} more" if loose.size > 5 else ""
-        raise Fault(
-            0,
-            f"no path of edges joins vertex {form.names(ascending[:1])[0]} to {named}{rest}; "
-            "add an edge or drop these vertices",
-        )
+        words = f"{', '.join(map(str, named))}{rest}; add an edge or drop these vertices"
+        raise Fault(0, f"no path of edges joins vertex {first} to {words}")
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

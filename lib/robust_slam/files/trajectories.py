@@ -10,9 +10,7 @@ and quaternion stand. Without one, whole nanoseconds and commas are EuRoC's form
 quaternion begins with w: ``time x y z qw qx qy qz``. Times since 1970 may also be in
 milliseconds, microseconds or nanoseconds.
 
-Source: Sturm et al. 2012, "A benchmark for the evaluation of RGB-D SLAM systems"; Geiger et
-al. 2012, "Are we ready for autonomous driving?"; Burri et al. 2016, "The EuRoC micro aerial
-vehicle datasets".
+Source: Sturm et al. 2012, TUM's format; Geiger et al. 2012, KITTI's; Burri et al. 2016, EuRoC's.
 """
 
 from __future__ import annotations
@@ -29,16 +27,7 @@ from scipy.spatial.transform import Rotation
 from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam.files.doubts import ROUNDED, doubted, rolled
 from robust_slam.files.graph_file import GraphFile
-from robust_slam.files.lines import (
-    Fault,
-    Line,
-    Tag,
-    check_near,
-    real,
-    rows_of,
-    whole,
-    write_lines,
-)
+from robust_slam.files.lines import Fault, Line, Tag, check_near, real, rows_of, write_lines
 from robust_slam.files.tagged import Edges, poses_of
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.groups import se2, se3
@@ -89,7 +78,7 @@ def drive_of(text: str) -> Drive:
     if len(lines) < 2:
         raise Fault(0, "one pose is no trajectory; give at least two")
     # The rows of tagged lines begin with a tag.
-    rows = rows_of(((n, ["", *fields]) for n, fields in lines), Tag(0, count), whole, "")
+    rows = rows_of(((n, ["", *each]) for n, each in lines), Tag(0, count), int, "")
     if columns == _KITTI:
         given = rows.numbers.reshape(-1, 3, 4)
         check_near(rows, given[:, :, 3])
@@ -192,10 +181,7 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
     """Return the graph of a drive: a step between consecutive poses, and closures.
 
     ``odometry`` are the standard deviations (m, rad) of each coordinate of a step. The graph is
-    in SE(2) if the closures are, and the drive stays within 1 mm and 1 mrad of its plane.
-
-    Raises:
-        ValueError: a deviation is not above 0, or the drive leaves the plane of the closures.
+    in SE(2) if the closures are; then the drive has to stay within 1 mm and 1 mrad of its plane.
     """
     position, angle = (positive("odometry", value) for value in odometry)
     poses = drive.poses
@@ -235,13 +221,10 @@ def other_orders(file: GraphFile) -> dict[str, PoseGraph]:
 
 def _steps_again(closures: Edges) -> tuple[str, ...]:
     """Return a sentence about closures between consecutive poses, if there are any."""
-    near = np.flatnonzero(np.abs(np.diff(closures.rows.ids, axis=1)[:, 0]) == 1)
-    if not near.size:
-        return ()
-    return (
-        f"{near.size:,} of the closures join consecutive poses (first line "
-        f"{closures.rows.line[near[0]]}), as the odometry does; drop those that are its steps",
-    )
+    near = closures.rows.line[np.abs(np.diff(closures.rows.ids, axis=1)[:, 0]) == 1]
+    words = "as the odometry does; drop those that are its steps"
+    many = f"{near.size:,} of the closures join consecutive poses"
+    return tuple(f"{many} (first line {line}), {words}" for line in near[:1])
 
 
 def _in_plane(poses: Array) -> Array:

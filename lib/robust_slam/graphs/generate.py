@@ -1,9 +1,7 @@
 """Pose graphs with known true poses: a circle, a walk through a town, a sphere.
 
 Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so at the true poses the whitened
-residuals are exactly standard normal. The true poses start at the identity.
-
-Source: derived here, unless another is named.
+residuals are exactly standard normal. The true poses start at the identity; derived here.
 """
 
 from __future__ import annotations
@@ -218,9 +216,8 @@ def near_pairs(positions: Array, reach: float) -> Indices:
 def _drawn(pairs: Indices, count: int, rng: np.random.Generator) -> Indices:
     """Draw ``count`` of the pairs and keep their order."""
     if not 0 <= count <= len(pairs):
-        raise ValueError(
-            f"closures is {count}, and {len(pairs)} pairs come near enough to be closed; "
-            "ask for 0 up to that many or make the way longer"
-        )
+        remedy = "ask for 0 up to that many or make the way longer"
+        found = f"{len(pairs)} pairs come near enough to be closed"
+        raise ValueError(f"closures is {count}, and {found}; {remedy}")
     chosen = rng.choice(len(pairs), size=count, replace=False, shuffle=False)
     return np.asarray(pairs[np.sort(chosen)], dtype=np.intp)

@@ -2,8 +2,7 @@
 
 Odometry is never changed, and no pair is drawn twice. An outlier has the noise and the information
 of an inlier, and its error is large: before the noise it puts pose j at least ``apart`` (m) from
-its position in ``poses``, by default those of ``spanning_tree``; give the true ones where they are
-known.
+its position in ``poses``, by default those of ``spanning_tree``; give the true ones if you can.
 
 From easy to hard: single random outliers are rarely consistent with other edges. A group repeats
 one along the path, and local outliers join poses that are a few steps apart. Aliased closures are
@@ -246,9 +245,8 @@ def _find(
     kind = "pairs" if size == 1 else f"groups of {size}"
     most = (len(known) - 1) * (len(known) - 2) // 2 // size
     if count > most:
-        raise ValueError(
-            f"{name} is {count}, and {len(known)} poses have at most {most} {kind}; ask for fewer"
-        )
+        there = f"{len(known)} poses have at most {most} {kind}"
+        raise ValueError(f"{name} is {count}, and {there}; ask for fewer")
     found, taken, group = list[Indices](), set[tuple[int, int]](), group_of(known)
     for _ in range(_ROUNDS):
         edges = _segments(draw(4 * count + 100), size, len(known))
@@ -264,10 +262,8 @@ def _find(
         if len(found) == count:
             chosen = np.array(found, dtype=np.intp).reshape(-1, size, 2)
             return chosen.reshape(-1, 2), relation(chosen).reshape(-1, *group.POSE_SHAPE)
-    raise ValueError(
-        f"{name} is {count}, and only {len(found)} {kind} at least {least:.3g} m apart were "
-        "found; ask for fewer or lower apart"
-    )
+    words = f"at least {least:.3g} m apart were found; ask for fewer or lower apart"
+    raise ValueError(f"{name} is {count}, and only {len(found)} {kind} {words}")
 
 
 def _elsewhere(positions: Array, j: Indices, least: float, rng: np.random.Generator) -> Indices:

@@ -257,13 +257,8 @@ def out_of_range(spectrum: NDArray[np.floating], limit: float = 1e60) -> Mask:
 
 def _check_connected(n: int, edges: Indices) -> None:
     loose = connected_parts(n, edges) > 0
-    refuse(
-        loose,
-        lambda k: (
-            f"edges: pose {k} is not joined to pose 0 ({loose.sum()} poses are not); add an "
-            "edge or drop the poses"
-        ),
-    )
+    words = f"({loose.sum()} poses are not); add an edge or drop the poses"
+    refuse(loose, lambda k: f"edges: pose {k} is not joined to pose 0 {words}")
 
 
 def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:

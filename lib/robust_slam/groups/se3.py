@@ -181,17 +181,16 @@ def _block_triangle(diagonal: Array, corner: Array) -> Array:
 
 def _exp_coefficient(angle: Array) -> Array:
     """Return (θ − sin θ)/θ³, which is 1/6 at 0."""
-    small = angle < _SMALL
-    safe = np.where(small, 1.0, angle)
-    series = _power_series(angle, 1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
-    return np.where(small, series, (safe - np.sin(safe)) / safe**3)
+    c = _power_series(angle, 1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
+    theta = angle[large := angle >= _SMALL]
+    c[large] = (theta - np.sin(theta)) / theta**3
+    return c
 
 
 def _log_coefficient(angle: Array) -> Array:
     """Return (1 − (θ/2) cot(θ/2))/θ², which is 1/12 at 0."""
     c = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
-    large = angle >= _SMALL
-    half = angle[large] / 2.0
+    half = angle[large := angle >= _SMALL] / 2.0
     c[large] = (1.0 - half / np.tan(half)) / (4.0 * half**2)
     return c
 
@@ -202,8 +201,7 @@ def _fourth_coefficient(angle: Array) -> Array:
     With γ = (θ/2) cot(θ/2) it solves 1 − a θ² + b θ⁴ = γ and −2 a θ + 4 b θ³ = dγ/dθ.
     """
     b = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
-    large = angle >= _SMALL
-    theta = angle[large]
+    theta = angle[large := angle >= _SMALL]
     sine = np.sin(theta / 2.0)
     derivative = 0.5 * np.cos(theta / 2.0) / sine - 0.25 * theta / sine**2
     b[large] = (derivative + 2.0 * theta * _log_coefficient(theta)) / (2.0 * theta**3)
