@@ -86,17 +86,6 @@ def test_odometry_across_a_gap_is_told_and_can_be_a_closure(file, capsys, names,
     assert code == 2 or joined == bool(arguments)
 
 
-def test_lines_of_toro_that_are_not_used_are_in_the_output(tmp_path, capsys):
-    path = tmp_path / "loop.graph"
-    path.write_text(
-        "EDGE2 0 1 1 0 0 9 0 9 9 0 0\nEDGE2 1 2 1 0 0 9 0 9 9 0 0\n"
-        "EDGE2 0 2 2 0 0 9 0 9 9 0 0\nEQUIV 2 0\nBR 0 5 0.1 2 0.1 0.1\n"
-    )
-    assert cli.main(["solve", str(path), "--quiet", "--unknown", "skip"]) in (0, 1)
-    said = capsys.readouterr().out
-    assert "skipped 1 line with the tag EQUIV" in said and "skipped 1 line with the tag BR" in said
-
-
 def test_ids_with_letters_are_named_so_and_come_back_as_keys(tmp_path, capsys):
     path, out, edges = (tmp_path / name for name in ("town.pyfg", "map.g2o", "rejected.txt"))
     graph, _ = manhattan(60, 0, closures=20)

@@ -32,8 +32,7 @@ def chordal(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
 
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
-        Underdetermined: the edges with positive weight do not connect all poses, or the
-            problem is singular to working precision.
+        Underdetermined: edges of positive weight do not connect all poses, or nearly so.
 
     Source: Martinec and Pajdla 2007; Carlone et al. 2015, "Initialization techniques for
     3D SLAM", the section on chordal relaxation.

@@ -30,14 +30,14 @@ EDGE_SE3:QUAT 0 1 1 0 0 0 0 0.6 0.8 {SPACE_UNIT}
 """
 
 
-def put(folder, text):
-    path = folder / "graph.g2o"
+def put(folder, text, name="graph.g2o"):
+    path = folder / name
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return path
 
 
-def read(folder, text):
-    return read_file(put(folder, text))
+def read(folder, text, **options):
+    return read_file(put(folder, text), **options)
 
 
 def written_and_read(folder, record):
