@@ -45,10 +45,10 @@ from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import originals, rescaled
-from robust_slam.solver.rivals import comparable, contests, unbeaten
+from robust_slam.solver.rivals import contests, unbeaten
 from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Support as Support
-from robust_slam.solver.support import judge_support, misfit_of
+from robust_slam.solver.support import judge_support
 
 _REACH = 1e6
 """Edges so many times as long as all poses in a row are beyond what double precision solves."""
@@ -79,8 +79,7 @@ def solve(
     PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
-    others are left out. Where noise does not explain the map, another one is tried that gives the
-    odometry more noise.
+    others are left out.
 
     Parameters
     ----------
@@ -175,10 +174,6 @@ def solve(
         best = search.refined(best)
         tell("rivals are looked for")
         found = list(contests(search, best))
-        if not np.any(search.slips) and not comparable(found):
-            for other in search.wider(best) if misfit_of(search, best) else ():
-                candidates.append(best := other)
-                found = list(contests(search, best))
         search, best, found = unbeaten(search, best, found)
         candidates.extend([best] if best.name == "rival" else [])
         judgement = judge_support(search, best, found)

@@ -194,9 +194,9 @@ def _groups(search: Search, best: Candidate) -> Iterator[Indices]:
     left = np.flatnonzero(~best.kept & ~search.graph.is_odometry)
     if left.size < min(_PLACES.values()):
         return
-    far, chance = compared(search, best, left, in_map=True)
+    far, enough = compared(search, best, left, in_map=True)
     for _ in range(_TRIED):
-        near = largest(far, chance, search.threshold)
+        near = largest(far, enough, search.threshold)
         if near is None or search.deadline.passed:
             return
         order = np.argsort(near, kind="stable")
