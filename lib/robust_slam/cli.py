@@ -283,19 +283,14 @@ def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace)
         print(f"{'reading':<8} no other one rejects half as many closures")
         return
     given, theirs = (counted(each.rejected.size, "edge") for each in (answer, better.answer))
-    print(
-        f"{'reading':<8} {better.words} {theirs} would be rejected in place of {given}: "
-        "if the file was meant so, write it so"
-    )
+    meant = f"{better.words} {theirs} would be rejected in place of {given}"
+    print(f"{'reading':<8} {meant}: if the file was meant so, write it so")
 
 
 def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -> None:
     if edges.size:
-        named = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[edges[:10]]])
-        more = ", …" if edges.size > 10 else ""
-        print(
-            f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}{behind and f';{behind}'}"
-        )
+        named = ", ".join([*map(file.named, edges[:10]), *(["…"] if edges.size > 10 else [])])
+        print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{behind and f';{behind}'}")
 
 
 def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:
