@@ -3,8 +3,6 @@
 ``check`` is the command ``autograder check`` for the cell of a notebook.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

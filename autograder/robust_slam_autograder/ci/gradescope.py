@@ -8,8 +8,6 @@ Where no sandbox works, or the grader fails, there is no ``results.json``. Grade
 says that the autograder failed, and no one has a mark that is not theirs.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -5,8 +5,6 @@ which declares its arguments, and ``run``. A new command is a new module and its
 ``COMMANDS``.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from robust_slam_autograder.commands import (

@@ -1,7 +1,5 @@
 """``autograder collect``: take in the zip of submissions of Canvas or Moodle."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

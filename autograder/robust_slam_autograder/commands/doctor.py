@@ -1,7 +1,5 @@
 """``autograder doctor``: say which sandboxes work on this machine."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import platform

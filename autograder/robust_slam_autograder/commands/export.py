@@ -1,7 +1,5 @@
 """``autograder export``: write marks for Canvas or Moodle."""
 
-from __future__ import annotations
-
 import argparse
 import functools
 import sys

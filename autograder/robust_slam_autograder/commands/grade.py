@@ -1,7 +1,5 @@
 """``autograder grade``: grade submissions, hidden tests included."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import functools

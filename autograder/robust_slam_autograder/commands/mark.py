@@ -1,7 +1,5 @@
 """``autograder mark``: add or take points by hand, with the reason."""
 
-from __future__ import annotations
-
 import argparse
 import math
 

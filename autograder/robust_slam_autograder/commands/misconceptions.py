@@ -1,7 +1,5 @@
 """``autograder misconceptions``: find out how answers can be wrong, to name it."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

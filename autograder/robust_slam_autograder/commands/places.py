@@ -1,7 +1,5 @@
 """Options that several commands have: where things are, looked at before a command works."""
 
-from __future__ import annotations
-
 import argparse
 import functools
 import os

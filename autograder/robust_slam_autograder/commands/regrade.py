@@ -1,7 +1,5 @@
 """``autograder regrade``: show what changed tests do to marks."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

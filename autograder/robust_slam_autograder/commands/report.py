@@ -1,7 +1,5 @@
 """``autograder report``: make a page per assignment for the instructor."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Iterable, Sequence

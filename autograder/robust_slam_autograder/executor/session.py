@@ -1,7 +1,5 @@
 """The trusted end of the pipe: one untrusted process, replaced after a hang or a death."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 from collections.abc import Callable, Mapping, Sequence

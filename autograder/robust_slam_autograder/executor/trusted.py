@@ -3,8 +3,6 @@
 A batch that is killed takes them with it: none goes on by itself.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import signal

@@ -4,8 +4,6 @@ A batch that was stopped goes on where it stood: a submission whose text, tests
 and seed have not changed keeps its result.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import functools

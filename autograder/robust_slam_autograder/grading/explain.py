@@ -4,8 +4,6 @@ Only the visible pass uses it. Its texts hold what student code returned, so no 
 input may ever reach them.
 """
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import reprlib

@@ -1,7 +1,5 @@
 """Whether an assignment's packages are there, and nothing secret is in what they show."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

@@ -5,8 +5,6 @@ says there can reach the result: its messages are the instructor's hints and con
 A batch runs the visible passes of all its submissions before the first hidden one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import time

@@ -4,8 +4,6 @@ The new results are in a folder of their own, ``<out>/.regrade``, with a journal
 own, until they are applied: to look is not to change, and a look that was stopped goes on.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence

@@ -5,8 +5,6 @@ A worker needs no shared disk and writes nothing. It takes a submission only whe
 wall are the coordinator's, and grades it in a trusted process, as a local batch does.
 """
 
-from __future__ import annotations
-
 import contextlib
 import pickle
 from collections.abc import Iterable, Iterator

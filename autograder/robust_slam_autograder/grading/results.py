@@ -1,7 +1,5 @@
 """The result of one submission, and its file: one per submission, renamed into place."""
 
-from __future__ import annotations
-
 import functools
 import glob
 import hashlib

@@ -8,8 +8,6 @@ Source: Canvas, lib/content_zipper.rb; Moodle, public/mod/assign/classes/downloa
 what it drops from a name public/lib/classes/param.php.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re

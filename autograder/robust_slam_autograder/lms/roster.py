@@ -4,8 +4,6 @@ It is read strictly. A mark that goes to the wrong person is worse than none, so
 is doubtful stops the export, with the file and the line.
 """
 
-from __future__ import annotations
-
 import codecs
 import csv
 import io

@@ -9,8 +9,6 @@ is there, so who has no mark keeps what the roster says.
 Source: Canvas, lib/gradebook_importer.rb; Moodle, grade/import/csv/classes/load_data.php.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

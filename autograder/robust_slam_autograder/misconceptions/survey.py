@@ -5,8 +5,6 @@ change that many slips come to. The grader's own pass runs them, so a key here i
 Nothing here is a wall: it is the instructor's code that runs.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 from collections import defaultdict, deque

@@ -5,8 +5,6 @@ tells no one what could be wrong, but only what is. What students are told comes
 functions returned to visible cases; no hidden pass has a part in it.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import itertools

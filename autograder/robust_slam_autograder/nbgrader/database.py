@@ -5,8 +5,6 @@ add it, and one of them fails. So each of our transactions begins with the datab
 and the one that comes second waits for its end. nbgrader itself takes no such lock.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 import shlex

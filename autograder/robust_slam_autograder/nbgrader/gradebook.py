@@ -1,7 +1,5 @@
 """nbgrader's gradebook: whatever else writes, nothing is lost, and what a person entered stays."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import warnings

@@ -5,8 +5,6 @@ an output that says how it went. Nothing in it was run in a kernel, and no outpu
 of the submission's is taken over.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 

@@ -4,8 +4,6 @@ nbgrader's own steps cut solutions, hidden tests and marking schemes: what is cu
 ``nbgrader generate_assignment`` cuts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from nbformat.notebooknode import NotebookNode

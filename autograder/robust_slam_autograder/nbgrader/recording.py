@@ -1,7 +1,5 @@
 """Brings a gradebook, and what formgrader lists, up to date with the results of a batch."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """nbgrader's settings for a course: its folders, and this package in place of its own steps."""
 
-from __future__ import annotations
-
 import glob
 import os
 from pathlib import Path

@@ -5,8 +5,6 @@ in a kernel or in nbgrader's process, and nbgrader opens no notebook that was ha
 exporter gives it the one that shows the result.
 """
 
-from __future__ import annotations
-
 import glob
 import os
 from pathlib import Path

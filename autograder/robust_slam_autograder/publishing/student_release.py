@@ -1,7 +1,5 @@
 """Makes the student release with nbgrader, and looks at it before anyone gets it."""
 
-from __future__ import annotations
-
 import json
 import logging
 import tempfile

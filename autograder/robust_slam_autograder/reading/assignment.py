@@ -4,8 +4,6 @@ An assignment is a folder of an nbgrader source tree, ``<tree>/<name>/<name>.ipy
 with an optional ``autograder.toml`` beside the notebook.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """What holds where an assignment's ``autograder.toml`` does not say."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 DEFAULT_PACKAGES = ("numpy", "scipy", "matplotlib")

@@ -18,8 +18,6 @@ lines is indented like the line in which it begins; in the file it may be indent
 with line breaks around it.
 """
 
-from __future__ import annotations
-
 import re
 import textwrap
 import tomllib

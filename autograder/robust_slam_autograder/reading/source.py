@@ -4,8 +4,6 @@ The instructor's cells are read by the grader; the student's only behind the wal
 because reading hostile text takes time and memory too.
 """
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import functools

@@ -1,7 +1,5 @@
 """What an export did, for a terminal: who is where, and what lateness cost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from datetime import UTC, timedelta, tzinfo
 

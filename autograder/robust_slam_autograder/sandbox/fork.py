@@ -6,8 +6,6 @@ right to gain one, and is held by Landlock, by a filter of system calls and by l
 where the kernel grants namespaces it also gets those and a private root.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import fcntl

@@ -1,7 +1,5 @@
 """What every back end starts an untrusted process with: limits, environment, import path."""
 
-from __future__ import annotations
-
 import os
 import sys
 from dataclasses import dataclass
