@@ -110,7 +110,7 @@ def opened(location: Location) -> Iterator[Gradebook]:
         warnings.simplefilter("ignore", SAWarning)  # nbgrader's own
         _LOG.disabled = True
         try:
-            with Gradebook(database.url_of(location)) as gradebook:
+            with Gradebook(database.patient(location)) as gradebook:
                 yield gradebook
         except InvalidEntry as error:  # an error of the database's that nbgrader has renamed
             raise SQLAlchemyError(*error.args) from None
