@@ -203,7 +203,7 @@ def assignment(
     if double_random is not None:
         value["cells"][3]["source"] = double_random
     cells = notebook_module.parse(json.dumps(value).encode(), "toy.ipynb")
-    return from_cells(cells, name=NAME, notebook=NAME, config=config or Config(packages=PACKAGES))
+    return from_cells(cells, Path(f"{NAME}/{NAME}.ipynb"), config or Config(packages=PACKAGES))
 
 
 def submission(value: dict[str, Any], tests: Assignment) -> Code:

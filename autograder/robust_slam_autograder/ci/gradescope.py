@@ -14,7 +14,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal, submissions
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
@@ -23,6 +22,7 @@ from robust_slam_autograder.grading.verdicts import MEANINGS
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.sandbox import choose
 
 SEED_NAME = "seed"
 TREE_NAME = "solutions"
@@ -57,19 +57,17 @@ def main(root: Path) -> int:
 def _grade(root: Path) -> Result:
     tree = root / "source" / TREE_NAME
     (name,) = assignments.find_names(tree)
-    tests = assignments.notebook_path(tree / name)
-    given = Submission(NOBODY, assignments.load(tests), tests, root / "submission")
+    given = Submission(NOBODY, assignments.of(tree, name), root / "submission")
     job = submissions.read(given)
     # From a file, for others can read a command line.
     seed = int((root / "source" / SEED_NAME).read_text(encoding="ascii"))
-    wall = sandbox.choose(None, unsandboxed=False)
     with tempfile.TemporaryDirectory() as folder:
         run = journal.open_journal(Path(folder), seed)
         (graded,) = batch.grade(
             [job],
             out=Path(folder),
             run=run,
-            wall=wall,
+            sandbox=choose(),
             workers=1,
             report=lambda item: None,
             naming=tables.namer(root / "source" / LABELS_NAME),

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from robust_slam_autograder import layout, sandbox
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
@@ -24,9 +24,8 @@ from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
-from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
-from robust_slam_autograder.sandbox import Sandbox
+from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
 
 STANDARD_OUTPUT = "-"
 
@@ -55,7 +54,7 @@ def add_how(parser: argparse.ArgumentParser) -> None:
         "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, say tcp://HOST:8786"
     )
     parser.add_argument(
-        "--sandbox", choices=list(sandbox.BACK_ENDS), help="default: the first that works here"
+        "--sandbox", choices=list(BACK_ENDS), help="default: the first that works here"
     )
     parser.add_argument(
         "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
@@ -86,12 +85,12 @@ def run(options: argparse.Namespace) -> int:
     gradebook = places.gradebook(options)
     handed_in = _find(options, gradebook)
     _warn(handed_in, options)
-    wall = safe_wall(handed_in, options)
+    sandbox = safe_sandbox(handed_in, options)
     with graders(options) as (found, at_once), batch.locked(options.out):
         journal = open_journal(options.out, options.seed)
-        graded = _grade(handed_in, journal, wall, found, at_once, options)
+        graded = _grade(handed_in, journal, sandbox, found, at_once, options)
         marks = [item.load() for item in graded]
-        recording.record_new(gradebook, journal, handed_in, marks, wall)
+        recording.record_new(gradebook, journal, handed_in, marks, sandbox)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -111,23 +110,23 @@ def _warn(handed_in: Sequence[Submission], options: argparse.Namespace) -> None:
     _warn_of_old_labels(handed_in, options.misconceptions)
 
 
-def safe_wall(handed_in: Sequence[Submission], options: argparse.Namespace) -> Sandbox:
+def safe_sandbox(handed_in: Sequence[Submission], options: argparse.Namespace) -> Sandbox:
     """Choose where student code runs, and refuse to grade where it could read what it must not.
 
     Raises:
         WrongUse: it could, no sandbox works, or a package that is allowed is not installed.
     """
-    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    sandbox = choose(options.sandbox, unsandboxed=options.unsandboxed)
     kept = [options.misconceptions] if options.misconceptions.is_dir() else []
     folders = [options.solutions, options.out, *kept, *map(_folder_of_students, handed_in)]
-    exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, wall)
-    return wall
+    exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, sandbox)
+    return sandbox
 
 
 def _grade(
     handed_in: Sequence[Submission],
     journal: Journal,
-    wall: Sandbox,
+    sandbox: Sandbox,
     found: Graders,
     at_once: int,
     options: argparse.Namespace,
@@ -139,7 +138,7 @@ def _grade(
             handed_in,
             out=options.out,
             run=journal,
-            wall=wall,
+            sandbox=sandbox,
             workers=at_once,
             report=lambda graded: step(),
             graders=found,
@@ -149,11 +148,11 @@ def _grade(
 
 def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
     """Say where labels were made for other tests, and none are given."""
-    for name, tests in sorted({(job.assignment.name, job.tests) for job in jobs}):
-        there = (folder / f"{name}.json").is_file()
-        if there and tables.read_made(folder, name, tests) is None:
+    for tests in sorted({job.assignment.path for job in jobs}):
+        made = tables.made_of(folder, tests)
+        if made.is_file() and tables.read_made(folder, tests) is None:
             print(
-                f"note: {name} has other tests than when its misconceptions were looked for: "
+                f"note: {made.stem} has other tests than when its misconceptions were looked for: "
                 "run autograder misconceptions again to have wrong answers named.",
                 file=sys.stderr,
             )
@@ -242,13 +241,8 @@ def _find(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Subm
         raise WrongUse(sentences[0])
     for sentence in sentences:
         print(f"left out: {sentence}", file=sys.stderr)
-    load = functools.cache(lambda name: _load(options.solutions / name))
-    return [Submission(claim.student, *load(claim.assignment), claim.path) for claim in claims]
-
-
-def _load(folder: Path) -> tuple[Assignment, Path]:
-    tests = assignments.notebook_path(folder)
-    return assignments.load(tests), tests
+    of = functools.cache(functools.partial(assignments.of, options.solutions))
+    return [Submission(claim.student, of(claim.assignment), claim.path) for claim in claims]
 
 
 def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str:

@@ -151,10 +151,9 @@ def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
 
     @functools.cache
     def entered(name: str) -> Entered:
-        folder = options.solutions / name
-        if not folder.is_dir():
+        if not (options.solutions / name).is_dir():
             return Entered()
-        return marks.read(location, assignments.load(assignments.notebook_path(folder)))
+        return marks.read(location, assignments.of(options.solutions, name))
 
     return entered
 

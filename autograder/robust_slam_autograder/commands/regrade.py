@@ -41,16 +41,16 @@ def run(options: argparse.Namespace) -> int:
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
-    wall = grade.safe_wall(plan.jobs, options)
+    sandbox = grade.safe_sandbox(plan.jobs, options)
     gradebook = places.gradebook(options)
     with grade.graders(options) as (graders, at_once), batch.locked(options.out):
         journal = open_journal(options.out, None)
-        stale = regrading.outdated(plan.jobs, journal, wall)
+        stale = regrading.outdated(plan.jobs, journal, sandbox)
         with progress.shown(len(stale)) as step:
             trial = regrading.attempt(
                 stale,
                 journal,
-                wall=wall,
+                sandbox=sandbox,
                 workers=at_once,
                 report=step,
                 graders=graders,
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         if options.apply:
             regrading.apply(trial, journal)
             jobs, standing = regrading.standing(plan.jobs, journal)
-            recording.record_new(gradebook, journal, jobs, standing, wall)
+            recording.record_new(gradebook, journal, jobs, standing, sandbox)
             regrading.clear(journal)
     _tell(found, options)
     return 1 if found.failed else 0

@@ -41,7 +41,7 @@ class Terms:
 
     seed: int
     """The batch's secret: with a notebook's bytes it gives the seed of the hidden pass."""
-    wall: Sandbox
+    sandbox: Sandbox
     """Where student code runs."""
     preload: tuple[str, ...]
     """Modules that trusted processes need."""
@@ -60,7 +60,7 @@ def processes(
     """Run each task's next pass in a trusted process of its own on this machine."""
     return trusted.run_each(
         tasks,
-        functools.partial(run_pass, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
+        functools.partial(run_pass, seed=terms.seed, sandbox=terms.sandbox, run=guarded.guarded),
         at_once=at_once,
         seconds=patience,
         preload=terms.preload,
@@ -119,7 +119,7 @@ def grade(
     *,
     out: Path,
     run: Journal,
-    wall: Sandbox,
+    sandbox: Sandbox,
     workers: int,
     report: Callable[[Graded], None],
     graders: Graders = processes,
@@ -131,7 +131,7 @@ def grade(
         jobs: the submissions.
         out: folder of the result files.
         run: the batch, from ``journal.open_journal``; it is kept up to date.
-        wall: where student code runs.
+        sandbox: where student code runs.
         workers: how many submissions at once.
         report: called after each submission.
         graders: who grades; by default processes of this machine.
@@ -143,7 +143,7 @@ def grade(
     Raises:
         GraderFailure: a result cannot be written; those before it are kept.
     """
-    prints = Fingerprints(run.seed, wall, run.town)
+    prints = Fingerprints(run.seed, sandbox, run.town)
     done: dict[str, Graded] = {}
     due = []
     for job in jobs:
@@ -153,7 +153,7 @@ def grade(
         else:
             done[job.key] = reused
             report(reused)
-    terms = Terms(run.seed, wall, tuple(preload(due)))
+    terms = Terms(run.seed, sandbox, tuple(preload(due)))
     at_once = min(workers, len(due))
     kept = out / WAITING_NAME
     next_pass = functools.partial(graders, terms)
@@ -259,14 +259,14 @@ def patience(one: Submission) -> float:
 
 
 def run_pass(
-    one: Submission, *, seed: int, wall: Sandbox, run: passes.Run = guarded.plain
+    one: Submission, *, seed: int, sandbox: Sandbox, run: passes.Run = guarded.plain
 ) -> Outcome:
     """Run a submission's next pass; a refusal or a failure is a result too.
 
     Args:
         one: the submission; with its visible pass seen the hidden one is next.
         seed: the batch's secret.
-        wall: where student code runs.
+        sandbox: where student code runs.
         run: what runs the test cells.
     """
     try:
@@ -277,10 +277,10 @@ def run_pass(
         code = replace(code, notes=one.notes + code.notes)
         whose = one.student, one.assignment, code, one.town
         if one.seen is None:
-            found = passes.look(*whose, sandbox=wall, run=run)
+            found = passes.look(*whose, sandbox=sandbox, run=run)
         else:
             own = seeds.of_submission(seed, one.data)
-            found = passes.finish(*whose, one.seen, seed=own, sandbox=wall, run=run)
+            found = passes.finish(*whose, one.seen, seed=own, sandbox=sandbox, run=run)
         texts = submission.texts(one.assignment, cells)
         return replace(found, result=replace(found.result, texts=texts))
     except Refused as error:

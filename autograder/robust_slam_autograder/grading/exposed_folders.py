@@ -14,14 +14,14 @@ def exposed_sentence(folder: Path, shown: Path) -> str:
 
 
 def refuse_unsafe(
-    assignments: Iterable[Assignment], folders: Iterable[Path], wall: Sandbox
+    assignments: Iterable[Assignment], folders: Iterable[Path], sandbox: Sandbox
 ) -> None:
     """Make sure that the packages are installed and that student code sees none of the folders.
 
     Args:
         assignments: what is graded.
         folders: the source tree, the submissions and the results.
-        wall: the sandbox; without one there is no question of what it shows.
+        sandbox: the sandbox; without one there is no question of what it shows.
 
     Raises:
         WrongUse: names the package, or the first folder that student code could read.
@@ -33,7 +33,7 @@ def refuse_unsafe(
                 f"{allowed.name}/{CONFIG_NAME}: packages names {package}, "
                 "which is not installed here: install it or correct the name."
             )
-        if isinstance(wall, Unsandboxed):
+        if isinstance(sandbox, Unsandboxed):
             continue
         for folder in places:
             shown = view.exposing(folder, allowed.config.packages)

@@ -24,6 +24,7 @@ from robust_slam_autograder.grading.results import (
     ExerciseResult,
     ExerciseStatus,
     Result,
+    by_grade_id,
     tidy,
 )
 from robust_slam_autograder.grading.submissions import Outcome
@@ -104,7 +105,7 @@ def finish(
         GraderFailure: as ``look``.
     """
     one = _Pass(student, assignment, code, town, sandbox, run, seed)
-    seen = _seen(assignment, before.result)
+    seen = by_grade_id(before.result, assignment)
     one.skip, one.seconds = frozenset(before.skip), before.seconds
     one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
     endings = {case.grade_id: ended.ending for case, ended in one.cases()}
@@ -218,13 +219,6 @@ class _Pass:
         )
         doubtful = self._doubtful and not self._overran
         return Outcome(result, doubtful, round(self.seconds, 3), tuple(sorted(self.skip)))
-
-
-def _seen(assignment: Assignment, result: Result) -> Shown:
-    """Find the cases of a visible pass by their grade ids."""
-    found = {(e.name, case.name): case for e in result.exercises for case in e.cases}
-    keys = {case.grade_id: (case.exercise, case.name) for case in assignment.cases}
-    return {grade_id: found[key] for grade_id, key in keys.items() if key in found}
 
 
 def _exercise(

@@ -93,19 +93,18 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
             f"{out / RUN_NAME} is gone, and with it the seed: other inputs would change "
             "marks too. Grade anew."
         )
-    tests = assignments.notebook_path(tree / name)
-    assignment = assignments.load(tests)
+    assignment = assignments.of(tree, name)
     # Not Path.is_dir, which raises where a folder cannot be entered.
     there = [one for one in students if os.path.isdir(submitted / one / name)]
     if not there:
         raise WrongUse(f"{submitted} has no submission of {name}: say --submitted DIR.")
-    jobs = (Submission(one, assignment, tests, submitted / one / name) for one in there)
+    jobs = (Submission(one, assignment, submitted / one / name) for one in there)
     return Plan(tuple(jobs), tuple(one for one in students if one not in there))
 
 
-def outdated(jobs: Sequence[Submission], journal: Journal, wall: Sandbox) -> list[Submission]:
+def outdated(jobs: Sequence[Submission], journal: Journal, sandbox: Sandbox) -> list[Submission]:
     """Return submissions whose result does not follow from today's tests, text and grader."""
-    read = submissions.Fingerprints(journal.seed, wall, journal.town).read
+    read = submissions.Fingerprints(journal.seed, sandbox, journal.town).read
     return [job for job in jobs if journal.graded.get(job.key) != read(job).fingerprint]
 
 
@@ -127,7 +126,7 @@ def attempt(
     jobs: Sequence[Submission],
     journal: Journal,
     *,
-    wall: Sandbox,
+    sandbox: Sandbox,
     workers: int,
     report: Callable[[], None],
     graders: Graders,
@@ -138,7 +137,7 @@ def attempt(
     Args:
         jobs: the submissions.
         journal: the batch's, whose folder is locked.
-        wall: where student code runs.
+        sandbox: where student code runs.
         workers: how many submissions at once.
         report: called after each.
         graders: who grades, as for ``batch.grade``.
@@ -154,7 +153,7 @@ def attempt(
         jobs,
         out=folder,
         run=own,
-        wall=wall,
+        sandbox=sandbox,
         workers=workers,
         report=lambda done: report(),
         graders=graders,

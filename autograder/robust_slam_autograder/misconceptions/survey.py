@@ -9,7 +9,6 @@ import contextlib
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
@@ -18,8 +17,7 @@ from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import notebook, submission
-from robust_slam_autograder.reading.assignment import Assignment, Solution
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Limits, Solution
 from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.submission import Code
 from robust_slam_autograder.sandbox import InProcess
@@ -81,7 +79,7 @@ def ways(right: Code, exercise: Solution, answers: Iterable[Answer]) -> Iterator
 
 
 def tried(
-    path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]
+    assignment: Assignment, exercise: str, answers: Iterable[Answer]
 ) -> Iterator[tuple[Way, tuple[str, ...]]]:
     """Run ways to be wrong on an exercise's visible cases, and yield each with its keys.
 
@@ -91,7 +89,7 @@ def tried(
     cases = tuple(one for one in assignment.cases if one.exercise == exercise and not one.has_town)
     if not cases:
         return
-    right = submission.collect(notebook.read(path), assignment)
+    right = submission.collect(notebook.read(assignment.path), assignment)
     config = replace(assignment.config, limits=LIMITS, withheld=())
     alone = replace(assignment, cases=cases, config=config)
     owner = assignment.owner(exercise)
@@ -127,9 +125,9 @@ def _of(case: CaseResult) -> Iterator[tuple[str, str]]:
     return ((case.name, one) for one in case.returned or ())
 
 
-def survey(path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]) -> Table:
+def survey(assignment: Assignment, exercise: str, answers: Iterable[Answer]) -> Table:
     """Return the labels of an exercise's wrong answers, by what they come to."""
-    return labelled(tried(path, assignment, exercise, answers))
+    return labelled(tried(assignment, exercise, answers))
 
 
 def labelled(found: Iterable[tuple[Way, tuple[str, ...]]]) -> Table:

@@ -68,13 +68,12 @@ class SafeExporter(NotebookExporter):
         # nbgrader makes its exporter when it has listed the submissions and read none of them.
         course = self._course
         source = Path(course.format_path(course.source_directory, ".", course.assignment_id))
-        self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
-        self._tests = assignments.notebook_path(source)
-        self._assignment = assignments.load(self._tests)
+        self._sandbox = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
+        self._assignment = assignments.load(assignments.notebook_path(source))
         folders = [source, Path(course.root) / course.submitted_directory, self._results]
         labels = Path(course.root) / layout.MISCONCEPTIONS
         folders += [labels] if labels.is_dir() else []
-        exposed_folders.refuse_unsafe([self._assignment], folders, self._wall)
+        exposed_folders.refuse_unsafe([self._assignment], folders, self._sandbox)
         with batch.locked(self._results):
             gradebook.declare(course.db_url, self._assignment)
         self._converter.assignments = self._submissions()
@@ -106,7 +105,7 @@ class SafeExporter(NotebookExporter):
         if Path(filename).parent == self._folder(self._course.autograded_directory, student):
             return super().from_filename(filename, resources, **options)
         folder = self._folder(self._course.submitted_directory, student)
-        job = Submission(student, self._assignment, self._tests, folder)
+        job = Submission(student, self._assignment, folder)
         job = submissions.read(job)  # all that follows is of the same bytes
         try:
             made = self._grade(job)
@@ -132,7 +131,7 @@ class SafeExporter(NotebookExporter):
                 [job],
                 out=self._results,
                 run=run,
-                wall=self._wall,
+                sandbox=self._sandbox,
                 workers=1,
                 report=lambda done: None,
                 naming=self._naming,

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import fork_server, landlock, seccomp, terms, view
 from robust_slam_autograder.sandbox.keeper import Server
 from robust_slam_autograder.sandbox.process import Piped

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import robust_slam_autograder
 from robust_slam_autograder.protocol.channel import Check, Conversation
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 
 SCRATCH_BYTES = 64 * 1024 * 1024

@@ -15,8 +15,7 @@ from robust_slam_autograder.grading.results import ExerciseResult, Result, witho
 from robust_slam_autograder.grading.submissions import Outcome
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
-from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Limits
 from robust_slam_autograder.reading.submission import Code
 
 from tests.assignments.mutation.bare_fork import BareFork

@@ -40,10 +40,9 @@ def leave(course: Path, *students: str) -> None:
 
 
 def jobs(course: Path) -> list[Submission]:
-    tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    loaded = assignments.load(tests)
+    loaded = assignments.of(course / "solutions", toy.NAME)
     folders = sorted((course / "submitted").iterdir())
-    return [Submission(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
+    return [Submission(folder.name, loaded, folder / toy.NAME) for folder in folders]
 
 
 def grade(
@@ -62,7 +61,7 @@ def grade(
         jobs(course) if given is None else given,
         out=course / out,
         run=journal.open_journal(course / out, seed),
-        wall=wall or kernel.quickest(),
+        sandbox=wall or kernel.quickest(),
         workers=workers,
         report=report,
         graders=graders,

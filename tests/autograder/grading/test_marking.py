@@ -12,8 +12,7 @@ import pytest
 from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import messages, passes
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
-from robust_slam_autograder.reading.assignment import Assignment, Config
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder import toy

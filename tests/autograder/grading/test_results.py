@@ -11,8 +11,7 @@ import pytest
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Config, Limits
 
 from tests.autograder import toy
 from tests.autograder.reports.samples import HUNG, PARTLY, case, exercise, refused, result
