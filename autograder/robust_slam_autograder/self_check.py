@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robust_slam_autograder.errors import AutograderError, Refused, WrongUse
-from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.passes import Pass, Report
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
@@ -94,7 +94,7 @@ def run(
     print(f"Checking {given}: the visible cases of {tests.name}.")
     town, sandbox = _typed_town(cells, tests), choose(unsandboxed=True)
     tell = _teller(tests, tables.read(folder / tables.FILE), hints or 0)
-    result = passes.look("", tests, code, town, sandbox=sandbox, report=tell).result
+    result = Pass("", tests, code, sandbox, town).look(tell).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
     failed = [one.name for one in result.exercises if one.status != "passed"]
@@ -105,7 +105,7 @@ def run(
     return result, tests
 
 
-def _teller(tests: Assignment, labels: Mapping[str, Table], hints: int) -> passes.Report:
+def _teller(tests: Assignment, labels: Mapping[str, Table], hints: int) -> Report:
     """Return what prints a line for each exercise as it ends; a terminal shows what runs, too."""
     left, out = list(tests.exercises), sys.stdout  # what tests print goes nowhere
 

@@ -16,6 +16,7 @@ from typing import Any
 
 from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal, submissions
+from robust_slam_autograder.grading.batch import How
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.grading.verdicts import MEANINGS
@@ -63,15 +64,8 @@ def _grade(root: Path) -> Result:
     seed = int((root / "source" / SEED_NAME).read_text(encoding="ascii"))
     with tempfile.TemporaryDirectory() as folder:
         run = journal.open_journal(Path(folder), seed)
-        (graded,) = batch.grade(
-            [job],
-            out=Path(folder),
-            run=run,
-            sandbox=choose(),
-            workers=1,
-            report=lambda item: None,
-            naming=tables.namer(root / "source" / LABELS_NAME),
-        )
+        how = How(choose(), tables.namer(root / "source" / LABELS_NAME))
+        (graded,) = batch.grade([job], run, how)
         return graded.load()
 
 

@@ -8,6 +8,7 @@ import os
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from robust_slam_autograder import layout
@@ -16,7 +17,7 @@ from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import batch, durable, exposed_folders, progress, remote
-from robust_slam_autograder.grading.batch import Graded, Graders
+from robust_slam_autograder.grading.batch import Graded, How
 from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.submissions import Submission
@@ -25,7 +26,7 @@ from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reports import summary, terminal
-from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
+from robust_slam_autograder.sandbox import BACK_ENDS, choose
 
 STANDARD_OUTPUT = "-"
 
@@ -85,12 +86,11 @@ def run(options: argparse.Namespace) -> int:
     gradebook = places.gradebook(options)
     handed_in = _find(options, gradebook)
     _warn(handed_in, options)
-    sandbox = safe_sandbox(handed_in, options)
-    with graders(options) as (found, at_once), batch.locked(options.out):
+    with chosen(handed_in, options) as how, batch.locked(options.out):
         journal = open_journal(options.out, options.seed)
-        graded = _grade(handed_in, journal, sandbox, found, at_once, options)
+        graded = _grade(handed_in, journal, how)
         marks = [item.load() for item in graded]
-        recording.record_new(gradebook, journal, handed_in, marks, sandbox)
+        recording.record_new(gradebook, journal, handed_in, marks, how.sandbox)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -110,40 +110,33 @@ def _warn(handed_in: Sequence[Submission], options: argparse.Namespace) -> None:
     _warn_of_old_labels(handed_in, options.misconceptions)
 
 
-def safe_sandbox(handed_in: Sequence[Submission], options: argparse.Namespace) -> Sandbox:
-    """Choose where student code runs, and refuse to grade where it could read what it must not.
+@contextlib.contextmanager
+def chosen(handed_in: Sequence[Submission], options: argparse.Namespace) -> Iterator[How]:
+    """Yield how to grade, on this machine or on a cluster, as long as its workers are wanted.
 
     Raises:
-        WrongUse: it could, no sandbox works, or a package that is allowed is not installed.
+        WrongUse: student code could read what it must not, no sandbox works, a package that is
+            allowed is not installed, or the scheduler cannot be used.
     """
     sandbox = choose(options.sandbox, unsandboxed=options.unsandboxed)
     kept = [options.misconceptions] if options.misconceptions.is_dir() else []
     folders = [options.solutions, options.out, *kept, *map(_folder_of_students, handed_in)]
     exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, sandbox)
-    return sandbox
+    here = How(sandbox, tables.namer(options.misconceptions), workers=options.jobs)
+    if options.scheduler is None:
+        yield here
+        return
+    with connected(options.scheduler) as workers:
+        # A cluster has as many places as it has workers.
+        there = functools.partial(remote.grade, workers)
+        yield replace(here, graders=there, workers=sys.maxsize)
 
 
-def _grade(
-    handed_in: Sequence[Submission],
-    journal: Journal,
-    sandbox: Sandbox,
-    found: Graders,
-    at_once: int,
-    options: argparse.Namespace,
-) -> list[Graded]:
+def _grade(handed_in: Sequence[Submission], journal: Journal, how: How) -> list[Graded]:
     if any(one.key not in journal.graded for one in handed_in):
         _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
     with progress.shown(len(handed_in)) as step:
-        return batch.grade(
-            handed_in,
-            out=options.out,
-            run=journal,
-            sandbox=sandbox,
-            workers=at_once,
-            report=lambda graded: step(),
-            graders=found,
-            naming=tables.namer(options.misconceptions),
-        )
+        return batch.grade(handed_in, journal, how, lambda graded: step())
 
 
 def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
@@ -162,21 +155,6 @@ def _folder_of_students(job: Submission) -> Path:
     """Return the folder of students' work: a student's own path may be a link to anywhere."""
     is_notebook = submission.is_notebook(job.path.name)
     return job.path.parent if is_notebook else job.path.parents[1]
-
-
-@contextlib.contextmanager
-def graders(options: argparse.Namespace) -> Iterator[tuple[Graders, int]]:
-    """Yield who grades, this machine's processes or a cluster's workers, and how many at once.
-
-    Raises:
-        WrongUse: the scheduler cannot be used.
-    """
-    if options.scheduler is None:
-        yield batch.processes, options.jobs
-        return
-    with connected(options.scheduler) as workers:
-        # A cluster has as many places as it has workers.
-        yield functools.partial(remote.grade, workers), sys.maxsize
 
 
 def _import_meanwhile(module: str) -> None:

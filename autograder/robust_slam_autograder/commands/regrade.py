@@ -9,7 +9,6 @@ from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.regrading import Plan, Trial
-from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reports import changes
 from robust_slam_autograder.reports.changes import Regrade
 
@@ -41,26 +40,17 @@ def run(options: argparse.Namespace) -> int:
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
-    sandbox = grade.safe_sandbox(plan.jobs, options)
     gradebook = places.gradebook(options)
-    with grade.graders(options) as (graders, at_once), batch.locked(options.out):
+    with grade.chosen(plan.jobs, options) as how, batch.locked(options.out):
         journal = open_journal(options.out, None)
-        stale = regrading.outdated(plan.jobs, journal, sandbox)
+        stale = regrading.outdated(plan.jobs, journal, how.sandbox)
         with progress.shown(len(stale)) as step:
-            trial = regrading.attempt(
-                stale,
-                journal,
-                sandbox=sandbox,
-                workers=at_once,
-                report=step,
-                graders=graders,
-                naming=tables.namer(options.misconceptions),
-            )
+            trial = regrading.attempt(stale, journal, how, step)
         found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:
             regrading.apply(trial, journal)
             jobs, standing = regrading.standing(plan.jobs, journal)
-            recording.record_new(gradebook, journal, jobs, standing, sandbox)
+            recording.record_new(gradebook, journal, jobs, standing, how.sandbox)
             regrading.clear(journal)
     _tell(found, options)
     return 1 if found.failed else 0

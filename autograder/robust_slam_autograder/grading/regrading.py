@@ -12,7 +12,7 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import batch, results, submissions
-from robust_slam_autograder.grading.batch import Graded, Graders
+from robust_slam_autograder.grading.batch import Graded, How
 from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.submissions import Submission
@@ -123,25 +123,15 @@ class Trial:
 
 
 def attempt(
-    jobs: Sequence[Submission],
-    journal: Journal,
-    *,
-    sandbox: Sandbox,
-    workers: int,
-    report: Callable[[], None],
-    graders: Graders,
-    naming: batch.Naming = batch.nameless,
+    jobs: Sequence[Submission], journal: Journal, how: How, report: Callable[[], None]
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
     Args:
         jobs: the submissions.
         journal: the batch's, whose folder is locked.
-        sandbox: where student code runs.
-        workers: how many submissions at once.
+        how: as for ``batch.grade``.
         report: called after each.
-        graders: who grades, as for ``batch.grade``.
-        naming: who says what wrong answers look like, as there.
 
     Raises:
         GraderFailure: a result cannot be written.
@@ -149,16 +139,7 @@ def attempt(
     folder = journal.out / FOLDER_NAME
     folder.mkdir(exist_ok=True)
     own = open_journal(folder, journal.seed)
-    graded = batch.grade(
-        jobs,
-        out=folder,
-        run=own,
-        sandbox=sandbox,
-        workers=workers,
-        report=lambda done: report(),
-        graders=graders,
-        naming=naming,
-    )
+    graded = batch.grade(jobs, own, how, lambda done: report())
     return Trial(tuple(jobs), tuple(graded), own)
 
 

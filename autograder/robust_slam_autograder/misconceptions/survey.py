@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
-from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.passes import Pass
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.misconceptions.tables import Table
@@ -117,7 +117,7 @@ def tried(
 
 
 def _look(tests: Assignment, code: Code) -> ExerciseResult:
-    return passes.look("", tests, code, sandbox=InProcess()).result.exercises[0]
+    return Pass("", tests, code, InProcess()).look().result.exercises[0]
 
 
 def _of(case: CaseResult) -> Iterator[tuple[str, str]]:

@@ -19,6 +19,7 @@ from traitlets import Bool, Enum, Unicode
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
 from robust_slam_autograder.grading import batch, exposed_folders, journal, submissions
+from robust_slam_autograder.grading.batch import How
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
@@ -127,15 +128,7 @@ class SafeExporter(NotebookExporter):
         """
         with batch.locked(self._results):
             run = journal.open_journal(self._results, None)
-            (graded,) = batch.grade(
-                [job],
-                out=self._results,
-                run=run,
-                sandbox=self._sandbox,
-                workers=1,
-                report=lambda done: None,
-                naming=self._naming,
-            )
+            (graded,) = batch.grade([job], run, How(self._sandbox, self._naming))
             result = graded.load()
             if result.status == "failed":
                 raise GraderFailure(result.reason)

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robust_slam_autograder.grading import batch, journal
-from robust_slam_autograder.grading.batch import Graded, Graders, Naming, nameless
+from robust_slam_autograder.grading.batch import Graded, Graders, How
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
@@ -54,19 +55,12 @@ def grade(
     wall: Sandbox | None = None,
     given: list[Submission] | None = None,
     graders: Graders = batch.processes,
-    naming: Naming = nameless,
+    naming: Callable[[Submission, Result], Result] = lambda job, result: result,
 ) -> list[Graded]:
     """Grade a course, by default two submissions at a time on this machine."""
-    return batch.grade(
-        jobs(course) if given is None else given,
-        out=course / out,
-        run=journal.open_journal(course / out, seed),
-        sandbox=wall or kernel.quickest(),
-        workers=workers,
-        report=report,
-        graders=graders,
-        naming=naming,
-    )
+    handed_in = jobs(course) if given is None else given
+    how = How(wall or kernel.quickest(), naming, graders, workers)
+    return batch.grade(handed_in, journal.open_journal(course / out, seed), how, report)
 
 
 def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]:
