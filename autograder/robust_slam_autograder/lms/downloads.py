@@ -132,9 +132,6 @@ def _in_zip(*names: str) -> str:
     return roster.key(" ".join(plain.split()))
 
 
-CANVAS, MOODLE = (canvas_sent, canvas_keys), (moodle_sent, moodle_keys)
-
-
 @dataclass(frozen=True)
 class Notebook:
     """One student's notebook, as the zip has it."""
