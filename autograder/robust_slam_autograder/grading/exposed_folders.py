@@ -8,11 +8,6 @@ from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
 from robust_slam_autograder.sandbox import Sandbox, Unsandboxed, packages, view
 
 
-def exposed_sentence(folder: Path, shown: Path) -> str:
-    """Say that student code could read a folder, and what to do."""
-    return f"Student code could read {folder}, which is in {shown}: move it out of there."
-
-
 def refuse_unsafe(
     assignments: Iterable[Assignment], folders: Iterable[Path], sandbox: Sandbox
 ) -> None:
@@ -38,4 +33,6 @@ def refuse_unsafe(
         for folder in places:
             shown = view.exposing(folder, allowed.config.packages)
             if shown is not None:
-                raise WrongUse(exposed_sentence(folder, shown))
+                raise WrongUse(
+                    f"Student code could read {folder}, which is in {shown}: move it out of there."
+                )
