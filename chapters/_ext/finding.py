@@ -9,9 +9,11 @@ without any, a page still has its title and description. ``chapters/_templates``
 
 from __future__ import annotations
 
-import asyncio
 import re
 import shutil
+import subprocess
+import sys
+import tempfile
 import textwrap
 from html import escape
 from pathlib import Path
@@ -21,7 +23,6 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from docutils import nodes
-from pagefind.index import IndexConfig, PagefindIndex
 from robust_slam_autograder.publishing import wheels
 from robust_slam_course.plots import opening
 from robust_slam_course.style import figure_style
@@ -121,19 +122,17 @@ def index(app: Sphinx, exception: Exception | None) -> None:
         return
     made = Path(app.outdir, INDEX)
     shutil.rmtree(made, ignore_errors=True)  # its files are named by what is in them
-    names = sorted(app.env.found_docs)
-    pages = {app.builder.get_target_uri(name): app.builder.get_outfilename(name) for name in names}
-
-    async def write() -> None:
-        config = IndexConfig(
-            root_selector="article", exclude_selectors=[NO_TEXT], output_path=str(made)
-        )
-        async with PagefindIndex(config=config) as search:
-            for address, path in pages.items():
-                page = for_the_index(Path(path).read_text("utf-8"))
-                await search.add_html_file(content=page, source_path=address)
-
-    asyncio.run(write())
+    # Its own process ends when all files are whole; as a service it is ended when it has answered.
+    with tempfile.TemporaryDirectory() as folder:
+        for name in sorted(app.env.found_docs):
+            page = Path(folder, app.builder.get_target_uri(name))
+            page.parent.mkdir(parents=True, exist_ok=True)
+            text = Path(app.builder.get_outfilename(name)).read_text("utf-8")
+            page.write_text(for_the_index(text), "utf-8")
+        options = {"site": folder, "output-path": made, "root-selector": "article"}
+        options["exclude-selectors"] = NO_TEXT
+        words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+        subprocess.run([sys.executable, "-m", "pagefind", *words], check=True, capture_output=True)
     for pattern in ("*-ui.*", "*-highlight.js", "*-worker.js"):  # which the site does not use
         for path in made.glob(pattern):
             path.unlink()

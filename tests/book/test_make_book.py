@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 PYTHON = '#!/bin/sh\nif [ "$1" = tools/quietly.py ]; then shift 2; exec "$@"; fi\n'
 BUILDER = "#!/bin/sh\nmkdir -p build/_build/html && echo built >> built.txt\n"
 NEEDED = ("_config.yml", "_toc.yml", "requirements.lock", "lib/pyproject.toml",
-          "autograder/pyproject.toml", "chapters/page.md", ".venv/.ready", "tools/fonts.py",
+          "lib/course/pyproject.toml", "autograder/pyproject.toml", "chapters/page.md", ".venv/.ready", "tools/fonts.py",
           "build/fonts/fonts.css")  # fmt: skip
 
 
