@@ -17,7 +17,7 @@ import numpy as np
 import robust_slam as rs
 from robust_slam import breaking
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._words import counted
+from robust_slam._words import counted, few
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
 from robust_slam.factors.equations import FactorEquations
@@ -200,7 +200,6 @@ def _solve(options: argparse.Namespace) -> int:
     answer = _answered(file, solve, options)
     print(f"\n{answer.summary(file.names)}")
     _print_edges("trusted", answer.bridges.edges, file)
-    _print_edges("rejected", answer.rejected, file)
     _print_edges("swapped", swapped_closures(answer), file, " with i and j swapped they fit")
     if options.readings:
         _print_reading(file, answer, options)
@@ -291,11 +290,8 @@ def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace)
 
 def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -> None:
     if edges.size:
-        named = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[edges[:10]]])
-        more = ", …" if edges.size > 10 else ""
-        print(
-            f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}{behind and f';{behind}'}"
-        )
+        named = few(map(file.named, edges.tolist()))
+        print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{behind and f';{behind}'}")
 
 
 def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:

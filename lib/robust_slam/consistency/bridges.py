@@ -17,6 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from robust_slam._arrays import Indices, Mask
+from robust_slam._words import counted
 from robust_slam.consistency.pairwise import total_distances
 from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -25,7 +26,7 @@ _COMPARED = 100
 """So many closures of a pair are enough to find one in their middle."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bridges:
     """The closures that join sessions.
 
@@ -35,6 +36,9 @@ class Bridges:
 
     edges: Indices
     support: Indices
+
+    def __repr__(self) -> str:
+        return f"<Bridges: {counted(self.edges.size, 'closure')}>"
 
 
 def find_bridges(graph: PoseGraph, kept: Mask) -> Bridges:

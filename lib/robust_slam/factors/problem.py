@@ -105,7 +105,7 @@ class FactorGraphProblem:
         """Return the least-squares map ``(n + l, …)``, found from the guess with all weights 1.
 
         Raises:
-            NotConverged: ``STEP_LIMIT`` steps were not enough.
+            NotConverged: as many steps as ``gauss_newton`` takes were not enough.
         """
         ones = np.ones(self.trusted.size)
         ended = descend(self._equations, self.guess, ones, self.tol, STEP_LIMIT)

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import bdtrc, chdtrc
 
 from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._words import counted
 from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
 from robust_slam.groups.group import group_of
@@ -30,7 +31,7 @@ _CLOSE = 10.0
 """Closures within so many thresholds are close, and counted beside those within its square."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Misfit:
     """What does not fit: a ``step`` of the odometry, or None, and rejected ``closures``.
 
@@ -45,6 +46,9 @@ class Misfit:
 
     def __bool__(self) -> bool:
         return self.step is not None or self.closures.size > 0
+
+    def __repr__(self) -> str:
+        return f"<Misfit: step {self.step}, {counted(self.closures.size, 'closure')}>"
 
 
 NOTHING = Misfit(None, np.zeros(0, dtype=np.intp))
