@@ -282,10 +282,8 @@ def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace)
         print(f"{'reading':<8} no other one rejects half as many closures")
         return
     given, theirs = (counted(each.rejected.size, "edge") for each in (answer, better.answer))
-    print(
-        f"{'reading':<8} {better.words} {theirs} would be rejected in place of {given}: "
-        "if the file was meant so, write it so"
-    )
+    meant = f"{better.words} {theirs} would be rejected in place of {given}"
+    print(f"{'reading':<8} {meant}: if the file was meant so, write it so")
 
 
 def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -> None:

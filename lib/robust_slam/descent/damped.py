@@ -3,8 +3,7 @@
 A damped step is between the Gauss–Newton step and the direction of steepest descent.
 The damping grows after a rejected step and shrinks after a good one.
 
-Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping by
-the gain ratio.
+Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, its update by the gain ratio.
 """
 
 from __future__ import annotations

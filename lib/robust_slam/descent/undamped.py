@@ -1,7 +1,6 @@
 """Gauss–Newton on a pose graph, with backtracking.
 
-Pose 0 is held fixed. A step that would increase the cost is halved until it does not, so
-the cost never increases, however far the start is from a minimum.
+A step that would increase the cost is halved until it does not, however far the start is.
 
 Source: Dennis and Schnabel 1983, section 10.2, the damped Gauss–Newton method.
 """

@@ -241,11 +241,7 @@ def _root(information: Array) -> Array:
 
 
 def check_map(name: str, x: ArrayLike, graph: FactorGraph) -> Array:
-    """Return a map x ``(n + l, …)`` of ``graph`` as an array; rotations of landmarks become 0.
-
-    Raises:
-        ValueError: the shape differs, or an entry is not finite or not a pose.
-    """
+    """Return a map x ``(n + l, …)`` of ``graph``, or a ValueError; landmarks lose rotations."""
     full = finite(name, x, (graph.nodes, *graph.group.POSE_SHAPE))
     check_poses(name, full[: graph.n], graph.relative)
     group = graph.group
@@ -254,9 +250,5 @@ def check_map(name: str, x: ArrayLike, graph: FactorGraph) -> Array:
 
 
 def as_factor_graph(graph: FactorGraph | PoseGraph) -> FactorGraph:
-    """Return ``graph``, or the factor graph that has the edges of a pose graph alone.
-
-    Raises:
-        TypeError: it is neither.
-    """
+    """Return ``graph``, or that of the edges of a pose graph alone; another one is a TypeError."""
     return graph if isinstance(graph, FactorGraph) else FactorGraph(graph)

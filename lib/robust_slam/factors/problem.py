@@ -29,11 +29,7 @@ _PROBABILITY = 0.99
 
 
 def thresholds_of(graph: FactorGraph, probability: float = _PROBABILITY) -> Array:
-    """Return the norm ``(m,)`` that an inlier of each factor does not exceed with ``probability``.
-
-    Raises:
-        ValueError: ``probability`` is not inside (0, 1).
-    """
+    """Return the norms ``(m,)`` that inliers of the factors do not exceed with ``probability``."""
     largest = int(graph.dimensions.max())
     each = [chi_square_threshold(probability, d) for d in range(1, largest + 1)]
     return np.array(each)[graph.dimensions - 1]
@@ -123,7 +119,6 @@ class FactorGraphProblem:
     def solve(self, weights: Array, x: Array) -> Array:
         """Return the map ``(n + l, …)`` that is reached from ``x`` with weights ``(m,)``.
 
-        Raises:
-            Underdetermined: the factors of positive weight do not connect all poses.
+        Factors of positive weight that do not connect all poses are Underdetermined.
         """
         return descend(self._equations, x, weights, self.tol, self.steps).poses

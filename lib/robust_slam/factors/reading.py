@@ -23,10 +23,10 @@ from robust_slam._arrays import Array, Indices
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.files.doubts import few_digits
 from robust_slam.files.g2o import G2O
-from robust_slam.files.graph_file import GraphFile, GraphFileError, skipped_told
+from robust_slam.files.graph_file import GraphFile, skipped_told
 from robust_slam.files.lines import Fault, Rows, Tag, Unknown, lines_of
 from robust_slam.files.matrices import information_of, row_by_row
-from robust_slam.files.reading import text_of
+from robust_slam.files.reading import named_file, text_of
 from robust_slam.files.tagged import graph_of, poses_of, rows_by_tag
 from robust_slam.groups import se3
 
@@ -120,12 +120,10 @@ def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") ->
     >>> file.graph, file.ids.tolist()
     (<FactorGraph: 2 poses in SE(2), 1 landmark, 1 edge, 1 point>, [7, 9, 8])
     """
-    try:
+    with named_file(path):
         text, commas = text_of(path)
         found = _parsed(text, unknown)
         return replace(found, notes=(*commas, *found.notes))
-    except Fault as fault:
-        raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
 
 
 def _parsed(text: str, unknown: Unknown) -> FactorFile:

@@ -45,8 +45,7 @@ def to_gtsam(
     followed by the prior on pose 0.
 
     Raises:
-        ImportError: gtsam is not installed.
-        ValueError: ``poses`` or ``names`` do not fit the graph.
+        ImportError, ValueError: gtsam is not installed, or ``poses`` or ``names`` do not fit.
     """
     checked = check_poses("poses", poses, graph)
     gtsam = _gtsam()

@@ -158,7 +158,7 @@ def read(
     for name, value, words in allowed:
         if value not in words:
             raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")
-    with _named(path):
+    with named_file(path):
         text, commas = text_of(path)
         form = _format(text)
         if form is not None:
@@ -172,7 +172,7 @@ def read(
             raise Fault(0, _UNTOLD)
     edges = None
     if closures is not None:
-        with _named(closures):
+        with named_file(closures):
             edges = _closures(text_of(closures)[0], indefinite, unknown)
             trajectories.check_ends(edges, len(drive.poses))
     drive = replace(drive, notes=(*commas, *drive.notes))
@@ -183,8 +183,7 @@ def read_poses(path: str | os.PathLike[str]) -> tuple[Array, Array | None]:
     """Return the poses ``(n, 3, 4)`` of a trajectory and their times ``(n,)`` (s), if it has any.
 
     Raises:
-        GraphFileError: the file is no trajectory, or as ``read``.
-        OSError: the file cannot be read.
+        GraphFileError, OSError: the file is no trajectory, or as ``read``.
 
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "drive.tum"
@@ -192,7 +191,7 @@ def read_poses(path: str | os.PathLike[str]) -> tuple[Array, Array | None]:
     >>> read_poses(path)[0][1, :, 3].tolist()
     [2.0, 0.0, 0.0]
     """
-    with _named(path):
+    with named_file(path):
         text, _ = text_of(path)
         if _format(text) is not None:
             raise Fault(0, "it is a graph; rs.read(path).poses are those of its vertices")
@@ -238,8 +237,12 @@ def _closures(text: str, indefinite: Indefinite, unknown: Unknown) -> Edges:
 
 
 @contextmanager
-def _named(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Name the file in front of what is wrong in it."""
+def named_file(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Name the file in front of what is wrong in it.
+
+    Raises:
+        GraphFileError: in place of a ``Fault``.
+    """
     try:
         yield
     except Fault as fault:

@@ -39,8 +39,7 @@ def save(
 
     Raises:
         TypeError: ``graph`` is not a pose graph, or there are no poses for a trajectory.
-        ValueError: the suffix is another one, or an argument does not fit the graph.
-        OSError: the file cannot be written.
+        ValueError, OSError: another suffix, an argument that does not fit, or no place to write.
 
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "two.g2o"
