@@ -15,11 +15,7 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
 
 
 def few(things: Iterable[object]) -> str:
-    """Return the first five things, and a sign that there are more.
-
-    >>> few("ab"), few(range(9))
-    ('a, b', '0, 1, 2, 3, 4, …')
-    """
+    """Return the first five things, and "…" if there are more."""
     shown = [str(thing) for thing in things]
     return ", ".join([*shown[:5], *["…"] * (len(shown) > 5)])
 

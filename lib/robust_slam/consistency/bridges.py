@@ -17,7 +17,6 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from robust_slam._arrays import Indices, Mask
-from robust_slam._words import counted
 from robust_slam.consistency.pairwise import total_distances
 from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -38,7 +37,7 @@ class Bridges:
     support: Indices
 
     def __repr__(self) -> str:
-        return f"<Bridges: {counted(self.edges.size, 'closure')}>"
+        return f"<Bridges: {self.edges.size:,} closures>"
 
 
 def find_bridges(graph: PoseGraph, kept: Mask) -> Bridges:

@@ -69,8 +69,7 @@ def as_kernel(
     """Return a kernel from one, from its name or constructor, or from a loss of SciPy.
 
     ``scale`` is for those that do not have one yet. A name is one of ``KERNELS`` or of SciPy. With
-    a ``Loss`` of z ``(m,)`` the kernel is ρ(u) = ½ scale² ρ(z), and its weight ρ'(z). Messages
-    name the ``argument``.
+    a ``Loss`` of z ``(m,)`` the kernel is ρ(u) = ½ scale² ρ(z), and its weight ρ'(z).
 
     Raises:
         TypeError: it is something else.

@@ -124,7 +124,7 @@ def solve_factors(
 ) -> FactorAnswer:
     """Return the map of a factor graph without its outliers, and which factors these are.
 
-    DCS and GNC descend from the map ``x0`` ``(n + l, …)``, by default that of ``first_map``:
+    DCS and GNC descend from the map ``x0`` ``(n + l, …)``, by default
     odometry, in the frame of priors or GPS, with landmarks where most of their sightings place
     them; and DCS descends from the map of Huber's kernel, too. From each end truncated least
     squares decides about all factors, and the map of the largest evidence is returned. An inlier

@@ -17,7 +17,6 @@ import numpy as np
 from scipy.special import bdtrc, chdtrc
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._words import counted
 from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
 from robust_slam.groups.group import group_of
@@ -48,7 +47,7 @@ class Misfit:
         return self.step is not None or self.closures.size > 0
 
     def __repr__(self) -> str:
-        return f"<Misfit: step {self.step}, {counted(self.closures.size, 'closure')}>"
+        return f"<Misfit: step {self.step}, {self.closures.size:,} closures>"
 
 
 NOTHING = Misfit(None, np.zeros(0, dtype=np.intp))
