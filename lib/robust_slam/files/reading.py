@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -217,7 +216,7 @@ def text_of(path: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
 def _format(text: str) -> Format | None:
     """Return the format of a text; None is a trajectory, whose lines have no tags."""
     for k, (_, fields) in enumerate(lines_of(text)):
-        if k < _AHEAD and real(re.split("[,;]", fields[0])[0]) is not None:
+        if k < _AHEAD and real(trajectories.fields_of(" ".join(fields))[0]) is not None:
             return None
         # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
         if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):

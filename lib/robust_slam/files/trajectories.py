@@ -102,7 +102,7 @@ def _table(text: str) -> tuple[list[Line], str]:
     names, lines = "", list[Line]()
     for number, content in enumerate(text.split("\n"), start=1):
         data, _, comment = content.partition("#")
-        fields = _fields(data)
+        fields = fields_of(data)
         if fields and (lines or real(fields[0]) is not None):
             lines.append((number, fields))
         elif not lines:
@@ -110,7 +110,8 @@ def _table(text: str) -> tuple[list[Line], str]:
     return lines, names
 
 
-def _fields(data: str) -> list[str]:
+def fields_of(data: str) -> list[str]:
+    """Return the fields of a line, whatever separates them."""
     data = data.strip()
     for mark in ";,":
         if mark in data:
