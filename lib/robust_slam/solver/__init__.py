@@ -161,8 +161,8 @@ def solve(
         if start is None:
             x0 = spanning_tree(graph, trusted.astype(np.float64))
         else:
-            given = check_poses("start", start, graph)
-            x0 = graph.group.between(given[0], given)
+            poses = check_poses("start", start, graph)
+            x0 = graph.group.between(poses[0], poses)
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
@@ -170,13 +170,14 @@ def solve(
             graph, x0, given, trusted, threshold, find_noise, tell, until, entropy, none
         )
         candidates = search.candidates()
-        best = max(candidates, key=evidence_of)
+        best = search.refined(max(candidates, key=evidence_of))
         tell("slips of the odometry are looked for")
         agreement = compared(search, best)
         search, best = find_slips(search, best, agreement)
         slipped = bool(np.any(search.slips))
-        candidates.extend([best] if slipped else [])
-        best = search.refined(best)
+        if slipped:
+            candidates.append(best)
+            best = search.refined(best)
         tell("rivals are looked for")
         found = list(contests(search, best, None if slipped else agreement))
         search, best, found = unbeaten(search, best, found)
