@@ -103,17 +103,17 @@ def mask(name: str, value: ArrayLike | None, m: int) -> Mask:
 
 
 def pose_numbers(name: str, value: ArrayLike, n: int) -> Indices:
-    """Return numbers of poses ``(…)`` as indices.
+    """Return numbers of poses ``(…)`` as indices; negative ones count from the end.
 
     Raises:
-        ValueError: an entry is not a whole number from 0 to ``n`` − 1.
+        ValueError: an entry is not a whole number, or there is no such pose among ``n``.
     """
     numbers = np.asarray(value)
     if numbers.size and not np.issubdtype(numbers.dtype, np.integer):
         raise ValueError(f"{name}: the entries are {numbers.dtype}; give numbers of poses")
-    if np.any((numbers < 0) | (numbers >= n)):
+    if np.any((numbers < -n) | (numbers >= n)):
         raise ValueError(f"{name} is {numbers.tolist()}; poses are 0 to {n - 1}")
-    return numbers.astype(np.intp)
+    return numbers.astype(np.intp) % n
 
 
 def times(matrices: Array, vectors: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 def counted(count: int, noun: str, plural: str | None = None) -> str:
     """Return for instance "1 edge" or "1,200 edges"; ``plural`` is by default noun + s.
@@ -10,6 +12,12 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
     ('1 edge', '1,200 edges', '0 matrices')
     """
     return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
+
+
+def few(things: Iterable[object]) -> str:
+    """Return the first five things, and "…" if there are more."""
+    shown = [str(thing) for thing in things]
+    return ", ".join([*shown[:5], *["…"] * (len(shown) > 5)])
 
 
 def so_do(count: int) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 import robust_slam as rs
 from robust_slam import breaking
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._words import counted
+from robust_slam._words import counted, few
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
 from robust_slam.factors.equations import FactorEquations
@@ -203,7 +203,6 @@ def _solve(options: argparse.Namespace) -> int:
     answer = _answered(file, solve, options)
     print(f"\n{answer.summary(file.names)}")
     _print_edges("trusted", answer.bridges.edges, file)
-    _print_edges("rejected", answer.rejected, file)
     _print_edges("swapped", swapped_closures(answer), file, " with i and j swapped they fit")
     if options.readings:
         _print_reading(file, answer, options)
@@ -292,7 +291,7 @@ def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace)
 
 def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -> None:
     if edges.size:
-        named = ", ".join([*map(file.named, edges[:10]), *(["…"] if edges.size > 10 else [])])
+        named = few(map(file.named, edges.tolist()))
         print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{behind and f';{behind}'}")
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, mask
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
 from robust_slam.palette import LINESTYLES, PALETTE, LineStyle
 
 try:
@@ -137,7 +137,7 @@ def _rows(name: str, value: ArrayLike | None, count: int, default: float = 0.0) 
 
 def _from_above(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
     """Return the first two coordinates ``(n, 2)`` of the positions, in m."""
-    return graph.group.translation(check_poses(name, poses, graph))[:, :2]
+    return check_graph(graph).group.translation(check_poses(name, poses, graph))[:, :2]
 
 
 def edge_looks(

@@ -267,7 +267,7 @@ class PoseGraphProblem:
         Gross errors can make Gauss–Newton very slow, so this is Levenberg–Marquardt.
 
         Raises:
-            NotConverged: ``STEP_LIMIT`` steps were not enough.
+            NotConverged: as many steps as ``gauss_newton`` takes were not enough.
         """
         ones = np.ones(len(self.graph.edges))
         descent = descend_damped(self._equations, self.guess, ones, self.tol, STEP_LIMIT)

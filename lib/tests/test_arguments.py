@@ -2,15 +2,19 @@
 
 import copy
 import dataclasses
+import inspect
 import pickle
 import pkgutil
 import re
+from contextlib import nullcontext
 from functools import partial
 from importlib import import_module
 
 import numpy as np
 import pytest
 import robust_slam as rs
+from robust_slam import files
+from robust_slam._names import FOLDERS
 from robust_slam.certificates import certificate, certify, chordal_cost, solve_certified
 from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.certificates.newton import polish
@@ -24,7 +28,7 @@ from robust_slam.estimators.mixtures import max_mixture
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
-from robust_slam.factors import park, solve_factors
+from robust_slam.factors import FactorAnswer, FactorGraphProblem, park, solve_factors
 from robust_slam.files import g2o
 from robust_slam.files.gtsam_graph import to_gtsam
 from robust_slam.files.trajectories import write_tum
@@ -43,6 +47,8 @@ FACTORS = park(40, 0)[0]
     [
         (lambda: irls(GRAPH, "tukey"), ValueError, "kernel is 'tukey'; give one of squared, hu"),
         (lambda: irls(GRAPH, lambda z: z), TypeError, "kernel is <lambda>; give a kernel such as"),
+        (lambda: irls(GRAPH, loss="tukey"), ValueError, "loss is 'tukey'; give one of squared"),
+        (lambda: irls(GRAPH, "huber", 1.345), TypeError, r"x0 is 1.345; .* the scale is c=1.345"),
         (lambda: irls(GRAPH), TypeError, "give either a kernel, such as 'cauchy', or a loss"),
         (lambda: irls(GRAPH, "huber", loss="huber"), TypeError, "give either a kernel, such as"),
         (lambda: irls(GRAPH, "huber", c=0.0), ValueError, "k is 0.0; give a finite number above"),
@@ -55,11 +61,49 @@ FACTORS = park(40, 0)[0]
         (lambda: gauss_newton(GRAPH, None), TypeError, r"poses is None; give an array \(30, 3\)"),
         (lambda: rs.solve(GRAPH, progress="yes"), TypeError, "progress is 'yes'; give True, F"),
         (lambda: max_mixture(GRAPH, 0.9, 10.0, 6), ValueError, "dimension is 6; .* have 3"),
+        (lambda: rs.covariance(GRAPH, TRUTH, [0, -31]), ValueError, r"-31\]; poses are 0 to 29"),
     ],
 )
 def test_a_wrong_argument_is_named_with_what_to_give(call, error, message):
     with pytest.raises(error, match=message):
         call()
+
+
+FILE = files.GraphFile(GRAPH, TRUTH, np.arange(30), np.arange(30))
+REST = {"path": "no.g2o", "kernel": "huber", "pi_in": 0.9, "ratio": 9.0, "gamma": 3.0}
+GRAPHS = ("graph", "graphs", "problem")
+TAKERS = {PoseGraphProblem} | {
+    taker
+    for module in (rs, *(getattr(rs, folder) for folder in FOLDERS))
+    for taker in (getattr(module, name) for name in module.__all__)
+    if callable(taker)
+    and taker not in (files.GraphFile, files.GraphFileError, files.save, FactorAnswer)
+    if any(name in GRAPHS for name in inspect.signature(taker).parameters)
+}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (FILE, "is a GraphFile; give a PoseGraph, its attribute graph"),
+        (
+            FACTORS,
+            "is a FactorGraph; give a PoseGraph, its attribute relative, or solve the whole",
+        ),
+        (3, "is a int; give a PoseGraph, (for instance|or a problem such)"),
+    ],
+)
+@pytest.mark.parametrize("taker", sorted(TAKERS, key=lambda taker: taker.__name__))
+def test_what_is_no_pose_graph_is_named_with_what_to_give(taker, wrong, words):
+    taken = {solve_factors: FACTORS, FactorGraphProblem: FACTORS}.get(taker)
+    asked = inspect.signature(taker).parameters.values()
+    needed = [
+        one.name for one in asked if one.default is one.empty and one.kind is not one.VAR_KEYWORD
+    ]
+    given = {name: REST.get(name, 0) for name in [*needed, *["kernel"] * (taker is irls)]}
+    given |= {name: [wrong] if name == "graphs" else wrong for name in needed if name in GRAPHS}
+    with nullcontext() if taken is wrong else pytest.raises(TypeError, match=words):
+        taker(**given)
 
 
 TAKE_POSES = [gauss_newton, levenberg_marquardt, chordal_cost, polish, certificate, certify]
@@ -118,6 +162,8 @@ def test_the_dimension_of_a_mixture_is_that_of_the_problem():
     ("value", "words"),
     [
         (pcm(GRAPH), "8 of 8 closures agree"),
+        (rs.solve(GRAPH).bridges, "0 closures"),
+        (rs.solve(GRAPH).misfit, "step None, 0 closures"),
         (LocationProblem([1.0]), "1 measurement, 0 of them trusted"),
         (LinearProblem(np.eye(2), [0, 0]), "2 unknowns, 2 measurements, 0 of"),
         (RotationProblem(np.eye(3), np.eye(3)), "3 measurements, 0 of them trusted"),
@@ -129,6 +175,23 @@ def test_the_dimension_of_a_mixture_is_that_of_the_problem():
 def test_a_value_has_a_line(value, words):
     assert words in repr(value)
     assert repr(value).startswith(f"<{type(value).__name__}: ") and len(repr(value)) < 100
+
+
+def test_a_certificate_is_told_line_by_line_without_its_arrays():
+    proof = certify(GRAPH, TRUTH)[1]
+    words = ["verdict  certified", f"cost     {proof.cost:.6g}", f"bound    {proof.bound:.3g}"]
+    assert proof.summary().splitlines() == [*words, "stop     stationary"]
+    assert "direction" not in repr(proof)
+
+
+def test_numbers_of_poses_may_count_from_the_end():
+    np.testing.assert_array_equal(
+        rs.covariance(GRAPH, TRUTH, [-1, -29]), rs.covariance(GRAPH, TRUTH, [29, 1])
+    )
+
+
+def test_the_kernels_that_have_a_name_are_told():
+    assert all(f'"{name}"' in irls.__doc__ for name in kernels.KERNELS)
 
 
 def test_what_holds_arrays_is_compared_by_identity_but_for_graphs_and_has_a_hash():

@@ -3,6 +3,7 @@
 import doctest
 import importlib
 import inspect
+import pkgutil
 import re
 import subprocess
 import sys
@@ -79,6 +80,23 @@ def test_every_folder_has_a_section_with_all_of_its_names(folder):
 def test_every_short_name_of_the_library_is_on_the_page():
     listed = set(re.findall(r"robust_slam\.([a-zA-Z_]+)", PAGE.read_text("utf-8")))
     assert {name for name in rs.__all__ if not name.startswith("_")} - listed <= MODULES
+
+
+def test_what_a_public_docstring_cites_is_public():
+    modules = [rs, *(getattr(rs, folder) for folder in FOLDERS)]
+    public = {name: getattr(module, name) for module in modules for name in module.__all__}
+    shown = set(re.findall(r"\.\. auto.*\.(\w+)$", PAGE.read_text("utf-8"), re.MULTILINE))
+    hidden = {
+        name
+        for info in pkgutil.walk_packages(rs.__path__, "robust_slam.")
+        for name, value in vars(importlib.import_module(info.name)).items()
+        if getattr(value, "__module__", info.name) == info.name and not inspect.ismodule(value)
+    } - {*public, *shown, *dir(rs.problems), *dir(rs.estimators.kernels)}
+    for name, value in public.items():
+        told = callable(value) and value is not rs.files.GraphFileError
+        own = {*dir(value), *(inspect.signature(value).parameters if told else ())}
+        cited = re.findall(r"``(?:\w+\.)*(\w+)``", value.__doc__ or "")
+        assert not set(cited) & hidden - own, name
 
 
 def test_names_of_earlier_releases_are_the_same_things():

@@ -1,14 +1,17 @@
 """Notebooks that have changed run once, several at a time, and one that fails is not kept."""
 
 import json
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import nbformat
 import pytest
 from jupyter_cache import get_cache
+from robust_slam.solver import Support
 
 from chapters._ext import names, notebooks
+from tests.book import prose
 
 pytestmark = pytest.mark.rest
 
@@ -67,3 +70,10 @@ def test_names_are_kept_as_they_were_after_each_cell(tmp_path):
     assert first["drawn"] is None and "cannot" not in first
     with pytest.raises(FileNotFoundError):
         list(names.kept(cache / names.BESIDE, ["sizes = []"]))
+
+
+def test_the_page_of_a_robot_runs_with_the_library_alone(monkeypatch):
+    for name in ("IPython", "robust_slam_course", "robust_slam_course.style"):
+        monkeypatch.setitem(sys.modules, name, None)
+    page = prose.Chapter("from-your-robot")
+    assert page.run(*page.programs)["answer"].support is Support.UNIQUE

@@ -31,7 +31,7 @@ duality of Problem 6; the bound with positions and the shift by a diagonal are d
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -81,16 +81,15 @@ class Verdict(Enum):
 class Certificate:
     """The verdict on a map, with the numbers behind it.
 
-    ``stationarity`` is that of ``newton.stationarity``, the relative size of
-    S·Xᵀ. ``lambda_min`` is the smallest eigenvalue of S_R, the S of the rotations alone
-    with the positions marginalised, in the unit of κ; 0 where it is 0 up to rounding.
-    ``eta`` is the mean over the rotations of the shift with which S passed the Cholesky test,
-    without a shift on positions and with one of them fixed. ``cost`` is the chordal cost of
-    the map, and every map costs at least ``lower_bound`` = tr Λ − d n η. ``direction``
-    ``(n, d + 1)``, rotation part first, is the eigenvector of a negative ``lambda_min`` with
-    its optimal positions, a descent direction at the next rank; None if the Cholesky test
-    passed at once. ``stop`` is the reason why the descent before it stopped, None if there
-    was none.
+    ``stationarity`` is the size of S·Xᵀ relative to that of its terms. ``lambda_min`` is the
+    smallest eigenvalue of S_R, the S of the rotations alone with the positions marginalised, in
+    the unit of κ; 0 where it is 0 up to rounding. ``eta`` is the mean over the rotations of the
+    shift with which S passed the Cholesky test, without a shift on positions and with one of them
+    fixed. ``cost`` is the chordal cost of the map, and every map costs at least ``lower_bound`` =
+    tr Λ − d n η. ``direction`` ``(n, d + 1)``, rotation part first, is the eigenvector of a
+    negative ``lambda_min`` with its optimal positions, a descent direction at the next rank; None
+    if the Cholesky test passed at once. ``stop`` is the reason why the descent before it stopped,
+    None if there was none.
 
     It says nothing about outliers: see the module.
     """
@@ -101,21 +100,30 @@ class Certificate:
     eta: float
     cost: float
     lower_bound: float
-    direction: Array | None
+    direction: Array | None = field(repr=False)
     stop: Stop | None = None
+
+    def summary(self) -> str:
+        """Return the verdict, the cost, the bound and the reason of the stop, a line each."""
+        numbers = f"cost     {self.cost:.6g}\nbound    {self.bound:.3g}"
+        end = "" if self.stop is None else f"\nstop     {self.stop.value}"
+        return f"verdict  {self.verdict.value}\n{numbers}{end}"
+
+    __str__ = summary
 
     @property
     def bound(self) -> float:
         """An upper bound on the optimality gap, the cost minus the global minimum.
 
-        It holds at any map, stationary or not: for every map X' with S + η·diag(I, 0) ⪰ 0
-        cost(X') = tr Λ + tr(X' S X'ᵀ) ≥ tr Λ − η ‖R'‖²_F, and ‖R'‖²_F = d n; so does it with
-        any diagonal shift of the rotations of mean η. With η = −λ_min of an S that keeps the
-        positions this would be false, as nothing bounds ‖t'‖.
+        It is never more than the cost, since no cost is negative; where a map is NOT_CERTIFIED and
+        the bound is as large as that, ``solve_certified`` finds a better one. It holds at any map,
+        stationary or not: for every map X' with S + η·diag(I, 0) ⪰ 0 cost(X') = tr Λ + tr(X' S
+        X'ᵀ) ≥ tr Λ − η ‖R'‖²_F, and ‖R'‖²_F = d n; so does it with any diagonal shift of the
+        rotations of mean η. With η = −λ_min of an S that keeps the positions this would be false,
+        as nothing bounds ‖t'‖.
 
         Source: Rosen et al. 2019, weak duality of Problem 6; with positions derived here.
         """
-        # No map costs less than 0, so a negative lower bound can be raised to 0.
         return max(0.0, self.cost - max(0.0, self.lower_bound))
 
 

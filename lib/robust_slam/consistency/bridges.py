@@ -25,7 +25,7 @@ _COMPARED = 100
 """So many closures of a pair are enough to find one in their middle."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bridges:
     """The closures that join sessions.
 
@@ -35,6 +35,9 @@ class Bridges:
 
     edges: Indices
     support: Indices
+
+    def __repr__(self) -> str:
+        return f"<Bridges: {self.edges.size:,} closures>"
 
 
 def find_bridges(graph: PoseGraph, kept: Mask) -> Bridges:

@@ -89,13 +89,14 @@ class Block:
 class PcmResult:
     """The closures that PCM keeps, and the consistency graph.
 
-    ``kept`` ``(M,)`` marks edges of the graph: every edge that was not compared, and the
-    clique. ``closures`` ``(m,)`` are the edges that were compared, and ``clique`` the set that
-    was found. Its members are indices into ``closures``, and ``clique.proven`` tells whether
-    it is proven optimal. ``blocks`` are the closures that were compared with each other: two
-    of different blocks were not, since they join other sessions or since there are more pairs
-    than the budget allows, and count as consistent. ``complete`` is False in the latter case,
-    and where the time did not suffice for all pairs of a block; these count as consistent too.
+    ``kept`` ``(M,)`` marks edges of the graph: every edge that was not compared, and the clique.
+    ``closures`` ``(m,)`` are the edges that were compared, and ``clique`` the set that was found.
+    Its members are indices into ``closures``, and ``clique.proven`` tells whether it is proven
+    optimal; ``select(graph, result.kept)`` is the graph to solve. ``blocks`` are the closures that
+    were compared with each other: two of different blocks were not, since they join other sessions
+    or since there are more pairs than the budget allows, and count as consistent. ``complete`` is
+    False in the latter case, and where the time did not suffice for all pairs of a block; these
+    count as consistent too.
     """
 
     kept: Mask
@@ -190,10 +191,11 @@ def pairwise_consistent(graph: PoseGraph, gamma: float, closures: ArrayLike | No
     """Return which pairs of closures are consistent, ``(m, m)``, the diagonal True.
 
     ``gamma`` is compared with the norm, not with its square: see
-    ``thresholds.chi_square_threshold``; ``closures`` is that of ``pairwise_distances``.
+    ``estimators.chi_square_threshold``. ``closures`` is a mask ``(M,)`` of the edges to compare,
+    by default all that are not odometry.
 
     Raises:
-        ValueError: ``gamma`` is not above 0, or as ``pairwise_distances``.
+        ValueError: ``gamma`` is not above 0, or the mask does not fit or marks odometry.
 
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
@@ -211,13 +213,13 @@ def pcm(
     """Return a largest set of pairwise consistent closures of ``graph``.
 
     ``gamma`` is the largest distance of a consistent pair, by default the one that a pair of
-    inliers does not exceed with ``probability``. That is the probability of each pair: an
-    inlier is compared with many others, so the set holds a smaller share of the inliers.
-    Where the budget of ``max_clique`` is used up, the best set found so far is returned, and
-    ``clique.proven`` is False. Where there are more pairs than ``PAIRS``, closures are compared
-    in blocks along the drive, each has a largest set of its own, and ``complete`` is False.
-    After ``max_seconds`` of CPU time the remaining pairs are not compared either, and the
-    search ends with the best set so far.
+    inliers does not exceed with ``probability``. That is the probability of each pair: an inlier
+    is compared with many others, so the set holds a smaller share of the inliers. Where the budget
+    of ``max_clique`` is used up, the best set found so far is returned, and ``clique.proven`` is
+    False. Where there are more pairs than a few seconds allow, closures are compared in blocks
+    along the drive, each has a largest set of its own, and ``complete`` is False. After
+    ``max_seconds`` of CPU time the remaining pairs are not compared either, and the search ends
+    with the best set so far.
 
     It does not test a closure against the odometry alone, nor the set jointly, and it
     prefers a larger group of consistent outliers. See the module.

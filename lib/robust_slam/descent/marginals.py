@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, pose_numbers
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses, check_weights
 
 _COLUMNS = 60
 """Columns that are solved for at a time, so that memory stays small."""
@@ -35,7 +35,8 @@ def covariance(
     Where the truth is known, ``robust_slam.graphs.nees`` tells whether errors are that large.
 
     Raises:
-        ValueError: ``poses`` or ``weights`` do not fit the graph, or ``k`` is not a pose.
+        ValueError: ``poses`` or ``weights`` do not fit the graph, or ``k`` is not a pose;
+            negative numbers count from the last one.
         Underdetermined: the edges with positive weight do not determine the map.
 
     >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, [np.eye(3)] * 2, [True, True])
@@ -44,7 +45,7 @@ def covariance(
            [0., 3., 1.],
            [0., 1., 2.]])
     """
-    chosen = pose_numbers("k", k, graph.n)
+    chosen = pose_numbers("k", k, check_graph(graph).n)
     size = graph.group.DOF
     blocks = np.empty((chosen.size, size, size))
     for part, solved in _columns(graph, poses, weights, chosen.ravel()):
@@ -74,7 +75,7 @@ def joint_covariance(
     >>> bool(np.allclose(J @ joint @ J.T, np.eye(3)))  # the noise of the edge between them
     True
     """
-    chosen = pose_numbers("k", k, graph.n)
+    chosen = pose_numbers("k", k, check_graph(graph).n)
     if chosen.ndim != 1:
         raise ValueError(f"k: the shape is {chosen.shape}; give a list of poses, such as [3, 8]")
     size = graph.group.DOF

@@ -327,7 +327,8 @@ def gnc(
         The scale of the kernel, one number for all measurements; by default the norm that a
         Gaussian inlier does not exceed with ``probability``.
     kind
-        "tls", truncated least squares, or "gm", Geman–McClure.
+        "tls", truncated least squares, or "gm", Geman–McClure. For another kernel, or a loss of
+        SciPy, there is ``irls``, from this map with ``x0=result.x``.
     x0
         The start: by default the unweighted solution, as in the paper, and dead reckoning on a
         pose graph; ``x0=problem.guess`` is that of a ``PoseGraphProblem``.
@@ -336,7 +337,8 @@ def gnc(
     probability
         It gives ``c`` where that is left out.
     factor, mu0, adaptive
-        How μ moves, as in the rules ``GncTls`` and ``GncGm``.
+        μ moves by ``factor`` in each step, from ``mu0``, by default where the surrogate is nearly
+        convex; if ``adaptive``, by more while nothing is decided yet or norms hardly change.
     tol
         The largest change of a residual, relative to 1 + u, in the last solve, by default 1e-9,
         on a pose graph 1e-6.
@@ -360,7 +362,7 @@ def gnc(
     ------
     ValueError
         ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not above 1, or as
-        ``loop.reweight``.
+        ``irls``.
     Underdetermined
         The unweighted solution does not exist.
     NotConverged

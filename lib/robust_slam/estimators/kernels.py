@@ -63,7 +63,9 @@ Loss: TypeAlias = Callable[[Array], ArrayLike]
 """A loss as ``scipy.optimize.least_squares`` takes it: of z = (u/scale)², the rows ρ, ρ', ρ''."""
 
 
-def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kernel:
+def as_kernel(
+    given: Kernel | str | Callable[..., object], scale: float, argument: str = "kernel"
+) -> Kernel:
     """Return a kernel from one, from its name or constructor, or from a loss of SciPy.
 
     ``scale`` is for those that do not have one yet. A name is one of ``KERNELS`` or of SciPy. With
@@ -85,7 +87,7 @@ def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kern
             return _of_loss(_OF_SCIPY[given], positive("scale", scale))
         if given not in KERNELS:
             known = ", ".join([*KERNELS, *_OF_SCIPY])
-            raise ValueError(f"kernel is {given!r}; give one of {known}")
+            raise ValueError(f"{argument} is {given!r}; give one of {known}")
         return KERNELS[given](scale)
     if given in KERNELS.values():
         return given(scale)  # type: ignore[return-value]
@@ -93,7 +95,7 @@ def as_kernel(given: Kernel | str | Callable[..., object], scale: float) -> Kern
         return _of_loss(given, positive("scale", scale))  # type: ignore[arg-type]
     except (TypeError, ValueError, IndexError):
         raise TypeError(
-            f"kernel is {getattr(given, '__name__', repr(given))}; give a kernel such as "
+            f"{argument} is {getattr(given, '__name__', repr(given))}; give a kernel such as "
             "kernels.cauchy(1.0), a name such as 'cauchy', or a loss as SciPy takes it, of "
             "z = (u/scale)², which returns the rows ρ and ρ'"
         ) from None

@@ -21,7 +21,7 @@ from robust_slam._deadline import Deadline
 from robust_slam.descent.step import check_limits
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators.result import Result, Step, StopReason
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
 from robust_slam.problems import PoseGraphProblem
 
 X = TypeVar("X")
@@ -108,11 +108,8 @@ def prepare(
 ) -> tuple[Problem[X], X | None, float]:
     """Return a problem, its start and its tolerance, from a problem or a pose graph.
 
-    A graph becomes a problem with one Gauss–Newton step for each solve. It starts at
-    ``PoseGraphProblem.guess``, that is at dead reckoning where the odometry is complete, and
-    its tolerance is 1e-6. A problem starts at ``x0`` or, if None, at plain least squares, and
-    its tolerance is ``usual``. ``x0`` and ``tol`` are kept where they are given, and ``trusted``
-    ``(m,)`` are the edges of a graph whose weight stays 1, by default its odometry.
+    ``x0`` and ``tol`` are kept where they are given. Otherwise a graph has start, tolerance and
+    ``trusted`` edges ``(m,)`` as in ``irls``, and the tolerance of a problem is ``usual``.
 
     Raises:
         TypeError: ``given`` is neither.
@@ -128,10 +125,7 @@ def prepare(
     if trusted is not None:
         raise ValueError("trusted: it is for a pose graph; a problem has its own, problem.trusted")
     if not hasattr(given, "residual_norms"):
-        raise TypeError(
-            f"problem is a {type(given).__name__}; give a PoseGraph, or a problem such as "
-            "LocationProblem or PoseGraphProblem"
-        )
+        check_graph(given, "problem", "or a problem such as LocationProblem or PoseGraphProblem")
     return given, x0, usual if tol is None else tol
 
 

@@ -102,14 +102,14 @@ def max_mixture(
     """Minimise the cost of the null hypothesis, from ``x0`` or from plain least squares.
 
     The arguments are those of ``NullHypothesis``; ``dimension`` is by default that of the pose
-    graph, and 1 where there is none. A weight of 1/ratio² marks a measurement
-    that the outlier mode explains better. No measurement is rejected completely: a residual
-    u keeps the influence of an inlier with u/ratio², so take a ratio of at least the largest
-    expected u.
+    graph, and 1 where there is none. A pose graph starts at dead reckoning, as in ``irls``. A
+    weight of 1/ratio² marks a measurement that the outlier mode explains better. No measurement is
+    rejected completely: a residual u keeps the influence of an inlier with u/ratio², so take a
+    ratio of at least the largest expected u. On a pose graph that is the largest norm at the
+    start, ``residual_norms(graph, spanning_tree(graph)).max()``.
 
     Raises:
-        ValueError: as ``NullHypothesis`` and ``loop.reweight``, or ``dimension`` is not that of
-            the graph.
+        ValueError: as ``NullHypothesis`` and ``irls``, or ``dimension`` is not that of the graph.
 
     Source: Olson and Agarwal 2013, the null-hypothesis mixture.
 

@@ -19,7 +19,7 @@ from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import Kernel, Loss, as_kernel
 from robust_slam.estimators.loop import Problem, Stateless, reweight
 from robust_slam.estimators.result import Result
-from robust_slam.estimators.thresholds import threshold_of
+from robust_slam.estimators.thresholds import dimension_of, threshold_of
 from robust_slam.graphs.pose_graph import PoseGraph
 
 X = TypeVar("X")
@@ -55,23 +55,26 @@ def irls(
 ) -> Result[X]:
     """Minimise Σ ρ(u) by reweighting, from ``x0`` or from plain least squares.
 
-    ``kernel`` is one with its scale, or the name or constructor of one, such as "huber"; its scale
-    is then ``c``, by default the norm that an inlier does not exceed with ``probability``. In its
-    place ``loss`` may be one of ``scipy.optimize.least_squares``, with ``c`` as its f_scale: a
-    function of z = (u/c)² that returns the rows ρ, ρ' and ρ''.
+    ``kernel`` is one with its scale, or the name or constructor of one: "squared", "huber",
+    "cauchy", "geman-mcclure", "tls", "dcs", "welsch", or SciPy's "linear", "soft_l1" and "arctan".
+    Its scale is then ``c``, by default the norm that an inlier does not exceed with
+    ``probability``. In its place ``loss`` may be one of ``scipy.optimize.least_squares``, with
+    ``c`` as its f_scale: a function of z = (u/c)² that returns the rows ρ, ρ' and ρ''.
 
-    ``problem`` may be a pose graph: see ``loop.prepare`` for its start and tolerance, and for the
-    edges that are ``trusted``. For a problem ``tol`` is 1e-12 by default. ``max_seconds`` is that
-    of ``loop.reweight``.
+    A pose graph starts at dead reckoning instead, or where the odometry has gaps along a tree of
+    edges, and takes one Gauss–Newton step for each weighting; its ``trusted`` edges ``(m,)``, by
+    default the odometry, keep the weight 1. A residual u has settled when its change, relative to
+    1 + u, is at most ``tol``, by default 1e-6 on a pose graph and else 1e-12. After
+    ``max_seconds`` of CPU time it stops with TIME_LIMIT.
 
     The robust cost never increases, but the result depends on the start: a non-convex
     kernel has several stationary points.
 
     Raises:
-        TypeError: ``kernel`` is neither a kernel, such as ``kernels.cauchy(1.0)``, nor a loss, or
-            both are given.
-        ValueError: there is no kernel of that name, ``c`` is not above 0, or as
-            ``loop.reweight``.
+        TypeError: ``problem`` is no problem and no pose graph, ``kernel`` no kernel and no loss.
+        ValueError: there is no kernel of that name, ``c`` is not above 0, the residuals at the
+            start are not finite, or a limit is out of range.
+        Underdetermined: the plain least-squares solution does not exist.
 
     Source: Holland and Welsch 1977; SLAM Handbook 2026, (3.12) for the weight, without the ½ of
     ρ here.
@@ -84,11 +87,17 @@ def irls(
     >>> soft = irls(LocationProblem([0.0, 0.1, -0.1, 5.0]), "huber", x0=0.0)
     >>> round(soft.x, 3)
     0.859
+    >>> own = lambda z: [np.log1p(z), 1.0 / (1.0 + z)]  # as SciPy's cauchy
+    >>> round(irls(LocationProblem([0.0, 0.1, -0.1, 5.0]), loss=own, c=1.0, x0=0.0).x, 3)
+    0.066
     """
     if (kernel is None) == (loss is None):
         raise TypeError("give either a kernel, such as 'cauchy', or a loss as SciPy takes it")
+    if isinstance(x0, int | float) and dimension_of(problem) > 1:
+        raise TypeError(f"x0 is {x0}; give poses to start from; the scale is c={x0}")
     scale = threshold_of(problem, probability) if c is None else c
-    rule = IrlsRule(as_kernel(kernel or loss, scale))  # type: ignore[arg-type]  # one is there
+    given = as_kernel(kernel or loss, scale, "kernel" if loss is None else "loss")  # type: ignore[arg-type]  # one is there
+    rule = IrlsRule(given)
     return reweight(
         problem,
         rule,

@@ -104,13 +104,13 @@ def switchable(
 ) -> Result[X]:
     """Minimise the switched cost by alternating the solve and the closed-form switches.
 
-    The weights of the result are s², so the switches are their square roots. λ has the unit
-    of χ²: an edge with χ² = λ has s = ½. By default it is the χ² that an inlier does not
-    exceed with ``probability``. The start is ``x0``, or plain least squares. ``problem`` may
-    be a pose graph, as in ``irls``.
+    The weights of the result are s², so the switches are their square roots. λ has the unit of χ²:
+    an edge with χ² = λ has s = ½. By default it is the χ² that an inlier does not exceed with
+    ``probability``. The start is ``x0``, or plain least squares, or dead reckoning where
+    ``problem`` is a pose graph, as in ``irls``.
 
     Raises:
-        ValueError: ``lam`` is not a finite number above zero, or as ``loop.reweight``.
+        ValueError: ``lam`` is not a finite number above zero, or as ``irls``.
 
     Source: Sünderhauf and Protzel 2012; the closed form is derived in ``switch``.
 
@@ -197,12 +197,11 @@ def dcs(
 ) -> Result[X]:
     """Run dynamic covariance scaling: IRLS with the weight s² of ``dcs_switch``.
 
-    The cost is that of ``kernels.dcs`` with c² = Φ, whose weight is s². By default Φ is the
-    χ² that an inlier does not exceed with ``probability``. The start is ``x0``, or plain
-    least squares. ``problem`` may be a pose graph, as in ``irls``.
+    The cost is that of ``kernels.dcs`` with c² = Φ, whose weight is s². By default Φ is the χ²
+    that an inlier does not exceed with ``probability``. Start and pose graphs are as in ``irls``.
 
     Raises:
-        ValueError: ``phi`` is not a finite number above zero, or as ``loop.reweight``.
+        ValueError: ``phi`` is not a finite number above zero, or as ``irls``.
 
     Source: Agarwal et al. 2013, the closed form of the scaling s.
     """

@@ -10,7 +10,7 @@ Source: Dellaert and Kaess 2017, "Factor graphs for robot perception".
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -59,7 +59,7 @@ class Block(NamedTuple):
     root: Array
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class FactorGraph:
     """A pose graph ``relative`` of n poses, ``landmarks`` in number, and further factors.
 
@@ -85,7 +85,7 @@ class FactorGraph:
     >>> import numpy as np
     >>> drive = PoseGraph(2, [[0, 1]], [[1, 0, 0]], [np.eye(3)], [True])
     >>> FactorGraph(
-    ...     relative=drive,
+    ...     drive,
     ...     landmarks=1,
     ...     positions=Factors([0, 1], [[5, 5], [6, 5]], 4 * np.eye(2)),
     ...     points=Factors([[0, 2], [1, 2]], [[1, 1], [0, 1]], 25 * np.eye(2)),
@@ -94,6 +94,7 @@ class FactorGraph:
     """
 
     relative: PoseGraph
+    _: KW_ONLY
     landmarks: int = 0
     priors: Factors | None = None
     positions: Factors | None = None
@@ -216,8 +217,9 @@ def _ends(name: str, value: ArrayLike, graph: FactorGraph, unary: bool) -> Indic
     if name in ("priors.nodes", "points.nodes"):
         most[0] = graph.n
     wrong, last = np.any((pairs < 0) | (pairs >= most), axis=1), graph.nodes - 1
-    there = f"poses are 0 to {graph.n - 1}, landmarks {graph.n} to {last}"
-    words = f"{there}, and what has a frame is a pose"
+    there = f"landmarks {graph.n} to {last}, and what has a frame is a pose"
+    there = there if graph.landmarks else "for landmarks give their number, landmarks=…"
+    words = f"poses are 0 to {graph.n - 1}, {there}"
     refuse(wrong, lambda k: f"{name}: entry {k} is {nodes[k].tolist()}; {words}")
     if unary:
         return np.concatenate([np.full_like(pairs, FRAME), pairs], axis=1)
@@ -249,4 +251,4 @@ def check_map(name: str, x: ArrayLike, graph: FactorGraph) -> Array:
 
 def as_factor_graph(graph: FactorGraph | PoseGraph) -> FactorGraph:
     """Return ``graph``, or that of the edges of a pose graph alone; another one is a TypeError."""
-    return graph if isinstance(graph, FactorGraph) else FactorGraph(relative=graph)
+    return graph if isinstance(graph, FactorGraph) else FactorGraph(graph)

@@ -39,7 +39,7 @@ class FactorGraphProblem:
     """A factor graph for the loop; x is a map ``(n + l, …)``, poses first and then landmarks.
 
     ``irls``, ``gnc``, ``dcs``, ``switchable`` and ``max_mixture`` take it as any other problem.
-    The unweighted solve starts at the map ``guess``, by default that of ``first_map``. ``trusted``
+    The unweighted solve starts at the map ``guess``, by default as ``solve_factors``. ``trusted``
     ``(m,)`` is the mask of factors whose weight stays 1, by default odometry and priors.
     ``thresholds`` ``(m,)`` tell for each factor the norm u from which on it may be an outlier; by
     default an inlier exceeds it with probability 0.01. They hold with the default c of an
@@ -101,7 +101,7 @@ class FactorGraphProblem:
         """Return the least-squares map ``(n + l, …)``, found from the guess with all weights 1.
 
         Raises:
-            NotConverged: ``STEP_LIMIT`` steps were not enough.
+            NotConverged: as many steps as ``gauss_newton`` takes were not enough.
         """
         ones = np.ones(self.trusted.size)
         ended = descend(self._equations, self.guess, ones, self.tol, STEP_LIMIT)

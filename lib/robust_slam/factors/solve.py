@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._deadline import Deadline
-from robust_slam._words import counted
+from robust_slam._words import counted, few
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import gnc
 from robust_slam.estimators.result import Result, StopReason
@@ -44,7 +44,8 @@ class FactorAnswer:
 
     ``x`` ``(n + l, …)`` has the poses first and then the landmarks, and is a minimum of the cost
     of the ``kept`` factors ``(m,)``. ``evidence`` has the log-evidence (nats) of the map of each
-    descent, by name, up to one constant.
+    descent, by name, up to one constant. There is no covariance of it: ``rs.covariance`` knows
+    relative poses alone.
     """
 
     graph: FactorGraph
@@ -94,12 +95,13 @@ class FactorAnswer:
         return f"<FactorAnswer: {nodes}, {self.kept.sum():,} of {self.kept.size:,} factors kept>"
 
     def summary(self) -> str:
-        """Return a line for each kind of factor, and for what limits the map."""
+        """Return a line for each kind, with the numbers of rejected ones in it, and each limit."""
         best = max(self.evidence, key=self.evidence.__getitem__)
         rows = [("tried", f"{counted(len(self.evidence), 'descent')}, the best {best}")]
         for name, at in self.graph.slices.items():
-            kept = self.kept[at]
-            rows.append((name, f"{kept.sum():,} of {kept.size:,} kept"))
+            kept, named = self.kept[at], few(np.flatnonzero(~self.kept[at]))
+            without = f"; rejected: {named}" if named else ""
+            rows.append((name, f"{kept.sum():,} of {kept.size:,} kept{without}"))
         rows += [("doubt", words) for words in self.doubts]
         rows.append(("optimum", "not certified: a local minimum for the kept factors"))
         if self.lost.size:
@@ -122,7 +124,7 @@ def solve_factors(
 ) -> FactorAnswer:
     """Return the map of a factor graph without its outliers, and which factors these are.
 
-    DCS and GNC descend from the map ``x0`` ``(n + l, …)``, by default that of ``first_map``:
+    DCS and GNC descend from the map ``x0`` ``(n + l, …)``, by default
     odometry, in the frame of priors or GPS, with landmarks where most of their sightings place
     them; and DCS descends from the map of Huber's kernel, too. From each end truncated least
     squares decides about all factors, and the map of the largest evidence is returned. An inlier

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Ids, Indices, Mask
 from robust_slam._words import counted, so_do
@@ -60,6 +61,21 @@ class GraphFile:
     def as_closure(self, edge: int) -> str:
         """Return how an edge is said to be a closure, at the command and in Python."""
         return f"--closure {self.named(edge)}, or False in is_odometry (entry {edge})"
+
+    def nearest(self, t: ArrayLike) -> Indices:
+        """Return the numbers ``(…)`` of the poses nearest in time to ``t`` ``(…)`` (s).
+
+        Raises:
+            ValueError: the file has no times, or no pose is within a usual step of a t.
+        """
+        if self.times is None:
+            raise ValueError("the file has no times; give the numbers of poses")
+        step = float(np.median(np.diff(np.sort(self.times))))
+        asked = np.asarray(t, dtype=np.float64)
+        off, found = KDTree(self.times[:, None]).query(asked[..., None])
+        for far in asked[off > step][:1]:
+            raise ValueError(f"t: {far} s is over {step:.3g} s, a usual step, from every pose")
+        return np.asarray(found, dtype=np.intp)
 
     @property
     def odometry(self) -> Indices:

@@ -24,7 +24,7 @@ from robust_slam._words import counted
 from robust_slam.files.formats import BITS, PYFG
 from robust_slam.files.g2o import checked_names
 from robust_slam.files.graph_file import GraphFile
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses, steps_of
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses, steps_of
 
 if TYPE_CHECKING:
     import gtsam
@@ -73,7 +73,7 @@ def poses_from_gtsam(
     Raises:
         ValueError: a key is missing, or holds something other than a pose of the group.
     """
-    at = values.atPose2 if graph.group.DIMENSION == 2 else values.atPose3
+    at = values.atPose2 if check_graph(graph).group.DIMENSION == 2 else values.atPose3
     try:
         return np.array([_ours(at(key)) for key in checked_names(names, graph.n).tolist()])
     except RuntimeError as error:

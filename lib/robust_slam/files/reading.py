@@ -68,7 +68,7 @@ def load(
 ) -> PoseGraph:
     """Return the graph of a file in any format that ``read`` knows, or a public graph.
 
-    ``source`` is a path, or one of ``datasets.NAMES`` where no such file exists. The other
+    ``source`` is a path, or one of ``files.datasets.NAMES`` where no such file exists. The other
     arguments are those of ``read``, which also returns the file's poses and ids. What was
     replaced, skipped, assumed or looks wrong is logged as a warning.
 
@@ -122,8 +122,8 @@ def read(
     Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX line
     names, else that of the smallest id; the others follow by ascending id. Edges keep their order.
 
-    These formats do not say which edges are odometry: ``steps_of`` tells, by the ids in ascending
-    order. To change this, use ``dataclasses.replace(graph, is_odometry=…)``.
+    These formats do not say which edges are odometry: one from each pose to the next is, by
+    ascending id. To change this, use ``dataclasses.replace(graph, is_odometry=…)``.
 
     A trajectory is odometry, a step between consecutive poses, with the standard deviations
     ``odometry`` (m, rad) of each coordinate of a step. ``closures`` is a file of loop closures for

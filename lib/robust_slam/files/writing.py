@@ -33,8 +33,9 @@ def save(
 
     ``.g2o`` takes the edges and, if they are given, the ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` as
     vertices. ``.tum`` and ``.kitti`` take the poses alone, by ascending name. ``names`` ``(n,)``
-    and ``times`` ``(n,)`` (s) are by default those of a file that was read, or 0, 1, 2, …. The
-    file is written at once or not at all.
+    and ``times`` ``(n,)`` (s) are by default those of a ``GraphFile``, or 0, 1, 2, …: the graph in
+    it does not know them, nor does ``answer.clean``, so give ``names=file.ids``. The file is
+    written at once or not at all.
 
     Raises:
         TypeError: ``graph`` is not a pose graph, or there are no poses for a trajectory.

@@ -28,7 +28,7 @@ from robust_slam._arrays import Array, Indices
 from robust_slam.estimators.graduation import GncTls
 from robust_slam.estimators.result import StopReason
 from robust_slam.fleet.robot import Message, Robot
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Fleet:
     """
 
     def __init__(self, graph: PoseGraph, labels: ArrayLike) -> None:
-        names = _names(labels, graph.n)
+        names = _names(labels, check_graph(graph).n)
         self.graph = graph
         self.robots = [Robot(name, graph, names) for name in range(int(names.max()) + 1)]
         self.first = self.robots[int(names[0])]
@@ -144,17 +144,17 @@ def solve(
 ) -> Outcome:
     """Run GNC-TLS on a fleet; all edges except odometry are untrusted, as in ``gnc``.
 
-    ``labels`` ``(n,)`` name the robot of each pose, from 0; its own edges must join its
-    poses. ``c`` and ``factor`` are those of ``GncTls``. Each μ lasts ``every`` rounds. When
-    each weight is 0 or 1, more rounds follow until no pose moves by ``tol`` (m, rad). It
-    stops with BINARY_WEIGHTS or NOTHING_TO_REJECT, or with ITERATION_LIMIT if ``max_rounds``
-    are not enough for the weights or for the convergence after them.
+    ``labels`` ``(n,)`` name the robot of each pose, from 0; its own edges must join its poses.
+    ``c`` and ``factor`` are those of ``estimators.gnc``. Each μ lasts ``every`` rounds. When each
+    weight is 0 or 1, more rounds follow until no pose moves by ``tol`` (m, rad). It stops with
+    BINARY_WEIGHTS or NOTHING_TO_REJECT, or with ITERATION_LIMIT if ``max_rounds`` are not enough
+    for the weights or for the convergence after them.
 
     Round 0 is the start, after the robots have met. If all edges between two parts of the
     fleet are rejected, the relative pose of these parts is undetermined.
 
     Raises:
-        ValueError: as ``Fleet`` and ``GncTls``, or a limit is out of range.
+        ValueError: as ``Fleet`` and ``estimators.gnc``, or a limit is out of range.
 
     Source: Tian et al. 2022, with the schedule of Yang et al. 2020, Remark 5.
 

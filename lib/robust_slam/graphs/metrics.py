@@ -59,6 +59,9 @@ def ate(estimate: ArrayLike, truth: ArrayLike) -> float:
     """Return the absolute trajectory error in m: the RMSE of positions after ``align``.
 
     ``estimate`` and ``truth`` are poses ``(n, 3)`` or ``(n, 3, 4)``. Orientations are ignored.
+    Rows are not matched by time, so do this first: ``estimate[file.nearest(t)]`` are the poses of
+    a file at the times t ``(k,)`` of a truth. Beside a map in the plane, a truth in space is
+    ``np.pad(truth[:, :2, 3], ((0, 0), (0, 1)))``.
 
     Source: Sturm et al. 2012, the absolute trajectory error; Umeyama 1991.
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses, with_closures
 from robust_slam.groups.group import Group, group_of
 
 _ROUNDS = 50
@@ -124,7 +124,7 @@ def add_aliased_closures(
 
     Source: derived here; perceptual aliasing in general, Lajoie et al. 2019.
     """
-    rng, group = np.random.default_rng(rng), graph.group
+    rng, group = np.random.default_rng(rng), check_graph(graph).group
     (known, least), anywhere = _known(graph, poses, apart), _pairs(graph.n, None, rng)
 
     def displaced(edges: Indices) -> Array:

@@ -40,8 +40,8 @@ class PoseGraph:
     ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j in the frame of
     i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t]; ``information``
     ``(m, D, D)``, or ``(D, D)`` for all, its inverse covariance; ``is_odometry`` ``(m,)`` tells
-    odometry from loop closures, by default as ``steps_of``. The arrays are copied and read-only.
-    Graphs are equal if all numbers are.
+    odometry from loop closures, by default one edge from each pose to the next, where there is
+    one. The arrays are copied and read-only. Graphs are equal if all numbers are.
 
     Raises:
         ValueError: a shape is wrong, an entry is not finite, an index is out of range, a matrix is
@@ -263,7 +263,7 @@ def _check_connected(n: int, edges: Indices) -> None:
 
 def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
     """Return the poses, ascending, that no path of ``used`` edges ``(m,)`` connects to pose 0."""
-    edges = graph.edges[mask("used", used, len(graph.edges))]
+    edges = check_graph(graph).edges[mask("used", used, len(graph.edges))]
     return np.flatnonzero(connected_parts(graph.n, edges) > 0)
 
 
@@ -324,16 +324,20 @@ def _described(graph: PoseGraph, chosen: Mask) -> str:
     return f"{chosen.sum():,}, each within about {metres:.3g} m and {np.degrees(radians):.3g}°"
 
 
-def check_graph(graph: PoseGraph) -> PoseGraph:
+def check_graph(
+    graph: object, name: str = "graph", remedy: str = "for instance load(path)"
+) -> PoseGraph:
     """Return ``graph``.
 
     Raises:
-        TypeError: it is not a pose graph.
+        TypeError: it is not a pose graph; ``name`` is what it was given as.
     """
     if isinstance(graph, PoseGraph):
         return graph
-    remedy = "its attribute graph" if hasattr(graph, "graph") else "for instance load(path)"
-    raise TypeError(f"graph is a {type(graph).__name__}; give a PoseGraph, {remedy}")
+    remedy = "its attribute graph" if hasattr(graph, "graph") else remedy
+    if hasattr(graph, "relative"):
+        remedy = "its attribute relative, or solve the whole with factors.solve_factors"
+    raise TypeError(f"{name} is a {type(graph).__name__}; give a PoseGraph, {remedy}")
 
 
 def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
@@ -391,7 +395,7 @@ def residuals(graph: PoseGraph, poses: Array) -> Array:
 
 def relative_poses(graph: PoseGraph, poses: Array) -> Array:
     """Return x_i⁻¹ ∘ x_j for each edge, pose j in the frame of i: ``(m, 3)`` or ``(m, 3, 4)``."""
-    i, j = graph.edges.T
+    i, j = check_graph(graph).edges.T
     return graph.group.between(poses[i], poses[j])
 
 
@@ -450,7 +454,7 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
     >>> select(graph, graph.is_odometry)
     <PoseGraph: 2 poses in SE(2), 1 edge, 0 of them closures>
     """
-    chosen = mask("used", used, len(graph.edges))
+    chosen = mask("used", used, len(check_graph(graph).edges))
     _check_connected(graph.n, graph.edges[chosen])
     return rows_of(graph, chosen)
 
@@ -475,7 +479,7 @@ def with_closures(
     >>> with_closures(graph, [[0, 2]], [[1.9, 0, 0]], 4 * np.eye(3))
     <PoseGraph: 3 poses in SE(2), 3 edges, 1 of them closures>
     """
-    ends, group = np.asarray(edges), graph.group
+    ends, group = np.asarray(edges), check_graph(graph).group
     later = (
         ends.reshape(-1, 2),
         np.asarray(measurement).reshape(-1, *group.POSE_SHAPE),

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._words import counted
+from robust_slam._words import counted, few
 from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.optimality import Certificate, Verdict
 from robust_slam.consistency.bridges import Bridges
@@ -37,8 +37,9 @@ _AS_CLAIMED = (0.5, 2.0)
 class Answer:
     """A map, the edges that were kept, and how far it can be trusted.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are a minimum of the chordal cost of the ``kept``
-    edges, with the noise that was found, and ``certificate`` tells whether it is global. Whether
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)`` with pose 0 the identity, are a minimum of the chordal
+    cost of the ``kept`` edges, with the noise that was found, and ``certificate`` tells whether it
+    is global; ``group.compose(file.poses[0], answer.poses)`` is the map in a file's frame. Whether
     the measurements single out the kept closures is their ``support``; ``rival`` ``(m,)`` marks
     the edges of a map that explains what is contested nearly as well where it is AMBIGUOUS, and
     is None otherwise. ``lone`` are the places that alone hold a part of the map, with its poses,
@@ -130,7 +131,7 @@ class Answer:
 
     @property
     def clean(self) -> PoseGraph:
-        """The kept edges alone, with the noise that was found: what another program should get."""
+        """The kept edges with the noise found, for other programs: save with names=file.ids."""
         return select(self.precise, self.kept)
 
     @property
@@ -187,12 +188,14 @@ class Answer:
         """
         closures = ~self.graph.is_odometry
         kept, total = int(np.sum(self.kept & closures)), int(closures.sum())
-        proof = self.certificate
+        proof, lost = self.certificate, np.flatnonzero(~self.kept & closures)
+        named = f"{counted(lost.size, 'closure')}: {self._named(lost, names)}"
         rows = [
             ("read", f"{counted(self.kept.size, 'edge')}, {counted(total, 'closure')} among them"),
             ("tried", f"{counted(len(self.candidates), 'map')}, the best from {self.best.name}"),
             ("noise", noise_words(self.noise)),
             ("kept", f"{kept:,} of {counted(total, 'closure')}"),
+            *([("rejected", named)] if lost.size else []),
             ("map", f"{counted(len(self.poses), 'pose')}, chordal cost {self.cost:.6g}"),
             ("optimum", f"{self.verdict}; the gap is at most {proof.bound:.3g}{_end(proof)}"),
         ]
@@ -287,8 +290,7 @@ class Answer:
 
     def _named(self, edges: Indices, names: ArrayLike | None) -> str:
         ids = np.arange(self.graph.n) if names is None else np.asarray(names)
-        shown = [f"{i}-{j}" for i, j in ids[self.graph.edges[edges[:_NAMED]]]]
-        return ", ".join([*shown, "…"] if edges.size > _NAMED else shown)
+        return few(f"{i}-{j}" for i, j in ids[self.graph.edges[edges]])
 
     def _share_notes(self) -> list[str]:
         lines, closures = [], int(np.sum(~self.graph.is_odometry))

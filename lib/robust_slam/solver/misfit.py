@@ -30,7 +30,7 @@ _CLOSE = 10.0
 """Closures within so many thresholds are close, and counted beside those within its square."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Misfit:
     """What does not fit: a ``step`` of the odometry, or None, and rejected ``closures``.
 
@@ -45,6 +45,9 @@ class Misfit:
 
     def __bool__(self) -> bool:
         return self.step is not None or self.closures.size > 0
+
+    def __repr__(self) -> str:
+        return f"<Misfit: step {self.step}, {self.closures.size:,} closures>"
 
 
 NOTHING = Misfit(None, np.zeros(0, dtype=np.intp))

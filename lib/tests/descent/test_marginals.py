@@ -61,5 +61,5 @@ def test_wrong_arguments_are_refused():
         covariance(graph, truth, 1, np.zeros(9))
     with pytest.raises(ValueError, match=r"k: the shape is \(\); give a list of poses"):
         joint_covariance(graph, truth, 1)
-    with pytest.raises(ValueError, match=r"k is \[1, -1\]; poses are 0 to 9"):
-        joint_covariance(graph, truth, [1, -1])
+    with pytest.raises(ValueError, match=r"k is \[1, -11\]; poses are 0 to 9"):
+        joint_covariance(graph, truth, [1, -11])

@@ -200,6 +200,7 @@ PAIR = np.array([[0, 50], [1, 50]])
 
 @refused(
     (("priors", [50], np.zeros((1, 3)), np.eye(3)), "priors.nodes: entry 0 is 50; poses"),
+    (("priors", [-1], np.zeros((1, 3)), np.eye(3)), "entry 0 is -1; poses are 0 to 49, landm"),
     (("priors", [[0]], np.zeros((1, 3)), np.eye(3)), r"nodes: the shape is \(1, 1\); giv"),
     (("positions", [0], [[1.0]], np.eye(2)), "positions.measurement: the shape is"),
     (("positions", [0.5], [[1.0, 2.0]], np.eye(2)), "the entries are float64; give num"),
@@ -222,6 +223,15 @@ def test_a_bad_factor_is_refused_by_kind_and_number(wrong, message):
 def test_a_bad_number_of_landmarks_is_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         replace(DRIVE, landmarks=wrong)
+
+
+def test_without_landmarks_a_message_tells_how_to_have_some():
+    drive = DRIVE.relative
+    with pytest.raises(
+        ValueError, match="poses are 0 to 49, for landmarks give their number, lan"
+    ):
+        FactorGraph(drive, points=Factors(PAIR, np.zeros((2, 2)), np.eye(2)))
+    assert FactorGraph(drive).landmarks == 0
 
 
 def test_a_prior_that_mirrors_is_refused():

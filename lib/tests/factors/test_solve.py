@@ -114,7 +114,8 @@ def test_the_answer_tells_what_it_kept_and_what_is_lost():
     assert repr(answer).startswith("<FactorAnswer: 100 poses, 40 landmarks, ")
     text = answer.summary()
     kept = answer.kept[graph.slices["points"]]
-    assert f"points     {kept.sum()} of {kept.size} kept" in text
+    first = ", ".join(map(str, np.flatnonzero(~kept)[:5]))
+    assert f"points     {kept.sum()} of {kept.size} kept; rejected: {first}, …\n" in text
     assert "not certified" in text and "lost" not in text
     assert answer.poses.shape == (100, 3) and answer.landmarks.shape == (graph.landmarks, 2)
     assert np.array_equal(answer.rejected, np.flatnonzero(~answer.kept))

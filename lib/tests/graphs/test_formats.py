@@ -460,6 +460,19 @@ def test_anything_is_a_graph_or_the_one_error(scratch, content):
     accepted(scratch, content)
 
 
+@refused((10.5, "t: 10.5 s is over 0.5 s, a usual step, from"), (np.nan, "finite"))
+def test_the_pose_nearest_in_time_is_found_and_none_far_away(tmp_path, wrong, message):
+    write_tum(tmp_path / "drive.tum", TRUTHS["space"][:20], 0.5 * np.arange(20))
+    file = rs.read(tmp_path / "drive.tum", odometry=(0.1, 0.1))
+    assert file.nearest([[0.2, 0.3], [9.6, -0.4]]).tolist() == [[0, 1], [19, 0]]
+    assert file.nearest(1.1) == 2
+    with pytest.raises(ValueError, match=message):
+        file.nearest([1.0, wrong])
+    without = put(tmp_path, PLANE)
+    with pytest.raises(ValueError, match="the file has no times; give the numbers of poses"):
+        rs.read(without).nearest(0.0)
+
+
 AFAR = SPACE.replace("T 1", "T 77").replace("0 1 1", "0 77 1")
 OF_G2O = [PLANE, AFAR, "FIX 1\n" + PLANE]
 
