@@ -1,7 +1,7 @@
 """The best attack on each solver in each town of *Break the map*: the table of a live picture.
 
 python -m tools.data.breaking
-python -m tools.data.breaking --out lib/robust_slam_course/pictures/breaking.json
+python -m tools.data.breaking --out lib/course/robust_slam_course/pictures/breaking.json
 """
 
 from __future__ import annotations

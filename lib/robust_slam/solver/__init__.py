@@ -45,7 +45,7 @@ from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import originals, rescaled
-from robust_slam.solver.rivals import contests, unbeaten
+from robust_slam.solver.rivals import compared, contests, unbeaten
 from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Support as Support
 from robust_slam.solver.support import judge_support
@@ -139,7 +139,8 @@ def solve(
     threshold = positive("threshold", threshold)
     deadline = Deadline.after(max_seconds)
     with stages(progress) as tell:
-        trusted = _trusted(graph, threshold, tell, deadline) | (known == 1.0)
+        given = graph.is_odometry | (known == 1.0)
+        trusted = given | _bridging(graph, threshold, tell, deadline)
         if start is None:
             x0 = spanning_tree(graph, trusted.astype(np.float64))
         else:
@@ -148,15 +149,19 @@ def solve(
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
-        search = Search(graph, x0, trusted, threshold, find_noise, tell, until, entropy, none)
+        search = Search(
+            graph, x0, given, trusted, threshold, find_noise, tell, until, entropy, none
+        )
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
         tell("slips of the odometry are looked for")
-        search, best = find_slips(search, best)
-        candidates.extend([best] if np.any(search.slips) else [])
+        agreement = compared(search, best)
+        search, best = find_slips(search, best, agreement)
+        slipped = bool(np.any(search.slips))
+        candidates.extend([best] if slipped else [])
         best = search.refined(best)
         tell("rivals are looked for")
-        found = list(contests(search, best))
+        found = list(contests(search, best, None if slipped else agreement))
         search, best, found = unbeaten(search, best, found)
         candidates.extend([best] if best.name == "rival" else [])
         judgement = judge_support(search, best, found)
@@ -210,13 +215,13 @@ def _beyond_reach(graph: PoseGraph) -> Mask:
     return np.asarray(far)
 
 
-def _trusted(graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline) -> Mask:
-    """Return the edges ``(m,)`` that are trusted: the odometry, and bridges between sessions."""
+def _bridging(graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline) -> Mask:
+    """Return the closures ``(m,)`` that join the sessions that the odometry leaves."""
     if graph.odometry_joins_all:
-        return graph.is_odometry
+        return np.zeros(len(graph.edges), dtype=np.bool_)
     tell("PCM compares closures, for those that join sessions")
     bridges = find_bridges(graph, pcm(graph, threshold, max_seconds=deadline.left).kept)
-    return graph.is_odometry | np.isin(np.arange(len(graph.edges)), bridges.edges)
+    return np.isin(np.arange(len(graph.edges)), bridges.edges)
 
 
 def _certified(graph: PoseGraph, best: Candidate, deadline: Deadline) -> tuple[Array, Certificate]:

@@ -108,15 +108,16 @@ class Candidate:
 class Search:
     """What all candidates have in common.
 
-    They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
-    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold.
-    ``entropy`` is that of ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry
-    that are given up. ``tell`` is told each descent, and after the
-    ``deadline`` no other begins.
+    They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, of which
+    ``given`` ``(m,)`` were told to be right, and keep a closure up to the ``threshold``. With
+    ``learns`` they find their noise, else the claims hold. ``entropy`` is that of
+    ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry that are given up.
+    ``tell`` is told each descent, and after the ``deadline`` no other begins.
     """
 
     graph: PoseGraph
     x0: Array
+    given: Mask
     trusted: Mask
     threshold: float
     learns: bool

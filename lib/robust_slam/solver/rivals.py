@@ -74,17 +74,27 @@ def places(ends: Indices) -> Indices:
     return np.array(first, dtype=np.intp)
 
 
-def compared(
-    search: Search, best: Candidate, closures: Indices, *, in_map: bool = False
-) -> tuple[Array, Array]:
-    """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many must agree.
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How far pairs of rejected ``closures`` ``(k,)`` disagree, and how many must agree.
 
-    The distances ``(2, k, k)`` are those of ``pairwise_distances``, inf beyond the threshold.
-    First the kept edges of the map, a tree of the fewest of them, take the place of the odometry,
-    and then the trusted edges; ``in_map`` gives the first alone, ``(1, k, k)``. More than so many
-    ``(2,)`` or ``(1,)`` must agree with one, since that many do by chance, where closures measure
-    how any pose of the map is seen from any other.
+    The distances ``far`` ``(t, k, k)``, inf beyond the threshold, are along t trees of edges. More
+    than ``enough`` ``(t,)`` must agree with one, since that many do by chance, where closures
+    measure how any pose of the map is seen from any other.
     """
+
+    closures: Indices
+    far: Array
+    enough: Array
+
+
+def compared(search: Search, best: Candidate, *, in_map: bool = False) -> Agreement:
+    """Return how the closures that a map rejects agree.
+
+    First the kept edges of the map, a tree of the fewest of them, take the place of the odometry,
+    and then the trusted edges; ``in_map`` asks along the first tree alone.
+    """
+    closures = np.flatnonzero(~best.kept & ~search.graph.is_odometry)
     graph = rescaled(search.graph, best.found)
     whole, every = as_mapped(graph, best), np.arange(best.kept.size)
     fewest = find_forest(whole, best.kept, np.ones(best.kept.size), np.array([graph.n // 2]))
@@ -101,14 +111,14 @@ def compared(
             drawn = pairwise_distances(by_chance, asked, most=search.threshold)
             agree = np.sum(drawn <= search.threshold, axis=1).max()
             enough[-1] = max(enough[-1], _MORE * (agree + 1))
-    return np.array(far), np.array(enough)
+    return Agreement(closures, np.array(far), np.array(enough))
 
 
 def largest(far: Array, enough: Array, threshold: float) -> Array | None:
     """Return how far closures ``(k,)`` are from that which most agree with, beyond chance.
 
-    The distances ``far`` ``(t, k, k)`` and what is not ``enough`` ``(t,)`` are of ``compared``.
-    It is None where no more agree.
+    The distances ``far`` ``(t, k, k)`` and what is not ``enough`` ``(t,)`` are those of an
+    ``Agreement``, or of some of its closures. It is None where no more agree.
     """
     more = np.sum(far <= threshold, axis=1) - enough[:, None]
     if more.max(initial=0.0) <= 0.0:
@@ -158,41 +168,40 @@ def unbeaten(
         if not better:
             break
         first = max(better, key=lambda one: one.for_rival - one.for_map)
-        odometry = search.graph.is_odometry
-        free = replace(search, trusted=odometry)
+        free = replace(search, trusted=search.given)
         won = search.refined(free.settle("rival", first.rival.poses, best.tested))
         if won.evidence <= best.evidence:
             break
         beaten = Contest(best, first.for_map, first.for_rival)
-        trusted = odometry.copy()
+        trusted = search.given.copy()
         trusted[find_bridges(search.graph, won.kept).edges] = True
         search, best = replace(search, trusted=trusted), won
         found = [beaten, *contests(search, best)]
     return search, best, found
 
 
-def contests(search: Search, best: Candidate) -> Iterator[Contest]:
+def contests(
+    search: Search, best: Candidate, agreement: Agreement | None = None
+) -> Iterator[Contest]:
     """Yield a contest with each of the ``rivals`` of the map."""
     free = _free(search, best)
-    for rival in rivals(search, best):
+    for rival in rivals(search, best, agreement or compared(search, best)):
         for_rival = _beyond(free, rival, best)
         for_map = _beyond(free, best, rival) if for_rival > 0.0 else np.inf
         yield Contest(rival, for_rival, for_map)
 
 
-def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
+def rivals(search: Search, best: Candidate, agreement: Agreement) -> Iterator[Candidate]:
     """Yield a map for each group of closures that ``best`` rejects and that agree.
 
     The middle of a group is trusted, GNC finds what else agrees with it, and truncated least
     squares decides freely from there, with the noise of the map.
     """
-    if np.sum(~best.kept & ~search.graph.is_odometry) < _LEAST:
-        return
     free = _free(search, best)
-    left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
-    far, enough = compared(search, best, left)
+    asked = _rejected(free, best.poses)[agreement.closures]
+    left, far = agreement.closures[asked], agreement.far[:, asked][:, :, asked]
     for _ in range(_TRIED):
-        near = largest(far, enough, search.threshold)
+        near = largest(far, agreement.enough, search.threshold)
         if near is None or search.deadline.passed:
             return
         agree = near <= search.threshold
@@ -211,9 +220,9 @@ def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
 
 
 def _free(search: Search, best: Candidate) -> Search:
-    """Return the search with the noise of the map, where the odometry alone is trusted."""
+    """Return the search with the noise of the map, where what is given alone is trusted."""
     graph = rescaled(search.graph, best.found)
-    return replace(search, graph=graph, trusted=graph.is_odometry, learns=False)
+    return replace(search, graph=graph, trusted=search.given, learns=False)
 
 
 def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Iterator[Array]:
@@ -244,7 +253,7 @@ def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
     """
     low, high = np.sort(free.graph.edges, axis=1).T
     cuts = np.arange(1, free.graph.n)
-    kept = best.kept & ~free.graph.is_odometry
+    kept = best.kept & ~free.given
 
     def crossing(closures: Indices) -> Indices:
         before = np.searchsorted(np.sort(low[closures]), cuts)
