@@ -100,7 +100,7 @@ SAMPLES := $(wildcard build/shown/pages/report/*.html build/shown/pages/feedback
 
 $(BOOK): $(call files,chapters $(LIBRARY)) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) $(SAMPLES) \
 		$(wildcard $(RUNTIME)) $(FONTS)
-	@$(BIN)/python -m robust_slam.graphs.datasets --try
+	@$(BIN)/python -m robust_slam.files.datasets --try
 	@rm -rf build/_build/html/reports # of notebooks that failed in an earlier build
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
@@ -137,7 +137,7 @@ cards: setup-dev ## make flash cards of the symbols and the cheat sheet, build/c
 	@$(BIN)/python -m tools.cards
 
 data: setup ## download the nine public pose graphs, 8 MB
-	$(BIN)/python -m robust_slam.graphs.datasets
+	$(BIN)/python -m robust_slam.files.datasets
 
 bench: setup-dev ## both sides in one run: our descent and GNC and GTSAM's; and how the cost grows
 	@failed=0; for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name || failed=1; done; \
@@ -192,7 +192,7 @@ try-runtime:
 
 # Most of a book's time; the book finds them in its cache.
 notebooks: $(READY)
-	@$(BIN)/python -m robust_slam.graphs.datasets --try
+	@$(BIN)/python -m robust_slam.files.datasets --try
 	@$(QUIETLY) notebooks $(BIN)/python -m chapters._ext.notebooks
 
 # Says what tests need and is not there, then installs it: apt beside pip.

@@ -4,6 +4,8 @@
 
 SUBMITTED ?= class/submitted
 RELEASED := build/.release
+# How answers can be wrong, so that releases, pages and reports name it.
+NAMED := build/.misconceptions
 # The class that the course makes itself, apart from a real one.
 SAMPLE := build/sample
 HANDED_IN := $(SAMPLE)/.submitted
@@ -35,7 +37,7 @@ endef
 
 release: $(RELEASED) ## make the student release, build/release, with a zip for each assignment
 
-$(RELEASED): $(call files,solutions autograder/robust_slam_autograder $(LIBRARY)) _config.yml $(READY)
+$(RELEASED): $(call files,solutions autograder/robust_slam_autograder $(LIBRARY)) _config.yml $(NAMED)
 	@$(QUIETLY) release $(BIN)/autograder release
 	@touch $@
 
@@ -54,8 +56,11 @@ grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment
 	@shopt -s nullglob nocaseglob; stray=($(SUBMITTED)/*.ipynb); shopt -u nullglob nocaseglob; \
 	$(BIN)/autograder grade $(SUBMITTED)/*/* "$${stray[@]}"
 
-misconceptions: setup ## find out how answers can be wrong, for the grader to name it
-	$(BIN)/autograder misconceptions --answers solutions/answers
+misconceptions: $(NAMED) ## find out how answers can be wrong, as release does, to name it
+
+$(NAMED): $(call files,solutions autograder/robust_slam_autograder $(LIBRARY)) $(READY)
+	@$(QUIETLY) misconceptions $(BIN)/autograder misconceptions --answers solutions/answers
+	@touch $@
 
 feedback: setup ## write a page for each submission, class/feedback
 	$(BIN)/autograder feedback --site ../../../build/html
@@ -75,7 +80,7 @@ $(SANDBOX): $(READY)
 
 # One seed, so that the pages differ only where the course does.
 $(SHOWN_PAGES): $(call files,solutions autograder/robust_slam_autograder $(LIBRARY)) _config.yml \
-		$(READY) | $(SANDBOX)
+		$(NAMED) | $(SANDBOX)
 	@rm -rf $(SHOWN)
 	@$(QUIETLY) shown $(SHELL) -ec " \
 		$(BIN)/python -m solutions.classes.shown_class write $(SHOWN)/release $(SHOWN)/submitted; \

@@ -30,15 +30,9 @@ import numpy as np
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent import gauss_newton, start
 from robust_slam.estimators import Result, chi_square_threshold, gnc
-from robust_slam.graphs import (
-    PoseGraph,
-    ate,
-    gtsam_graph,
-    precision_recall,
-    spanning_tree,
-    spoil_closures,
-)
-from robust_slam.graphs.datasets import load
+from robust_slam.files import gtsam_graph
+from robust_slam.files.datasets import load
+from robust_slam.graphs import PoseGraph, ate, precision_recall, spanning_tree, spoil_closures
 from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.speed import OURS, Side, in_turns, ratio, show

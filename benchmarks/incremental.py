@@ -24,7 +24,8 @@ import numpy as np
 from robust_slam import GrowingMap, PoseGraph, load, solve
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.descent import gauss_newton, start
-from robust_slam.graphs import add_random_closures, dead_reckoning, gtsam_graph
+from robust_slam.files import gtsam_graph
+from robust_slam.graphs import add_random_closures, dead_reckoning
 from robust_slam.graphs.pose_graph import ROWS
 from tqdm import tqdm
 

@@ -27,8 +27,9 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels, max_mixture
 from robust_slam.estimators.switches import joint_switchable
-from robust_slam.graphs import PoseGraph, ate, gtsam_graph, nees, pose_graph, precision_recall
-from robust_slam.graphs.forest import find_forest, poses_along
+from robust_slam.files import gtsam_graph
+from robust_slam.graphs import PoseGraph, ate, nees, pose_graph, precision_recall
+from robust_slam.graphs.odometry import find_forest, poses_along
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Support, solve
 from robust_slam_course import pipeline

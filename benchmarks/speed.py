@@ -35,8 +35,9 @@ import gtsam
 import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.descent import start
-from robust_slam.graphs import PoseGraph, gtsam_graph, pose_graph
-from robust_slam.graphs.datasets import DatasetMissing, load
+from robust_slam.files import gtsam_graph
+from robust_slam.files.datasets import DatasetMissing, load
+from robust_slam.graphs import PoseGraph, pose_graph
 from robust_slam.problems import PoseGraphProblem
 from tqdm import tqdm
 

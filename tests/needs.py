@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from robust_slam.graphs import datasets
+from robust_slam.files import datasets
 
 from autograder.tests import kernel
 from tests.depth import LEFT_OUT

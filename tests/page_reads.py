@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from robust_slam.factors import reading as of_factors
-from robust_slam.graphs import reading
+from robust_slam.files import reading
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "lib" / "tests"
@@ -61,5 +61,5 @@ def _as_the_page_reads(request, tmp_path_factory):
         wide = list(answers())
         patched.setattr(of_factors, "np", Narrow())
         for module in READING:
-            patched.setattr(f"robust_slam.graphs.{module}.np", Narrow())
+            patched.setattr(f"robust_slam.files.{module}.np", Narrow())
         assert list(answers()) == wide

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from robust_slam.graphs import datasets
+from robust_slam.files import datasets
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS, template
 

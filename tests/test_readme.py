@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from robust_slam.certificates.optimality import Verdict
-from robust_slam.graphs import datasets
+from robust_slam.files import datasets
 
 from autograder.tests.kernel import leave_out
 

@@ -4,8 +4,6 @@ Tests run in one process, student code in another; only plain data crosses
 between them. ``cli`` is the door, ``grading`` the heart, ``sandbox`` the wall.
 """
 
-from __future__ import annotations
-
 import sys
 
 if sys.platform == "win32":

@@ -1,7 +1,5 @@
 """The command line, ``autograder COMMAND``: what each command does stands in ``commands``."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -1,7 +1,5 @@
 """What can go wrong, told apart by whose fault it is."""
 
-from __future__ import annotations
-
 
 class AutograderError(Exception):
     """Base of every error that this package raises on purpose."""

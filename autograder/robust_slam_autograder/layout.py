@@ -3,8 +3,6 @@
 They have a folder of their own, apart from ``build``, which may be deleted at any time.
 """
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Names, exception texts and file names are a student's to choose. Here they lose
 the power to do anything but be read.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -3,17 +3,14 @@
 ``check`` is the command ``autograder check`` for the cell of a notebook.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError, Refused, WrongUse
-from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.passes import Pass, Report
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
@@ -23,6 +20,7 @@ from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import TOWN, Assignment
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reports import clicks, terminal
+from robust_slam_autograder.sandbox import choose
 
 ALONE = (
     "{0} stands alone: its exercises and their checks are in the autograder.toml of its zip, and "
@@ -94,9 +92,9 @@ def run(
     except Refused as error:
         raise WrongUse(str(error)) from error
     print(f"Checking {given}: the visible cases of {tests.name}.")
-    town, wall = _typed_town(cells, tests), sandbox.choose(unsandboxed=True)
+    town, sandbox = _typed_town(cells, tests), choose(unsandboxed=True)
     tell = _teller(tests, tables.read(folder / tables.FILE), hints or 0)
-    result = passes.look("", tests, code, town, sandbox=wall, report=tell).result
+    result = Pass("", tests, code, sandbox, town).look(tell).result
     if code.altered:
         print(ALTERED.format(", ".join(code.altered)))
     failed = [one.name for one in result.exercises if one.status != "passed"]
@@ -107,7 +105,7 @@ def run(
     return result, tests
 
 
-def _teller(tests: Assignment, labels: Mapping[str, Table], hints: int) -> passes.Report:
+def _teller(tests: Assignment, labels: Mapping[str, Table], hints: int) -> Report:
     """Return what prints a line for each exercise as it ends; a terminal shows what runs, too."""
     left, out = list(tests.exercises), sys.stdout  # what tests print goes nowhere
 

@@ -1,7 +1,5 @@
 """Temporary folders of a process that may be killed: a server that outlives it removes them."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from pathlib import Path

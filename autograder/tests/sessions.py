@@ -2,12 +2,12 @@
 
 import contextlib
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Session
-from robust_slam_autograder.reading.assignment import Assignment, Config, Piece, Solution
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config, Limits, Piece, Solution
 from robust_slam_autograder.sandbox import Sandbox
 
 from . import kernel
@@ -28,7 +28,7 @@ def started(
     """A session of these cells that has begun; ``options`` are of the assignment's settings."""
     assignment = Assignment(
         name="",
-        notebook="",
+        path=Path(),
         setup=tuple(Piece(f"set-up {n}", text, own=False) for n, text in enumerate(setup)),
         imports=(),
         libraries=tuple(libraries),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.passes import Pass, Report
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook as notebook_module
@@ -203,7 +203,7 @@ def assignment(
     if double_random is not None:
         value["cells"][3]["source"] = double_random
     cells = notebook_module.parse(json.dumps(value).encode(), "toy.ipynb")
-    return from_cells(cells, name=NAME, notebook=NAME, config=config or Config(packages=PACKAGES))
+    return from_cells(cells, Path(f"{NAME}/{NAME}.ipynb"), config or Config(packages=PACKAGES))
 
 
 def submission(value: dict[str, Any], tests: Assignment) -> Code:
@@ -224,9 +224,8 @@ def graded(
 
 def both_passes(tests: Assignment, code: Code, seed: int, wall: Sandbox) -> Result:
     """What the visible pass and then the hidden one come to."""
-    seen = passes.look("a", tests, code, sandbox=wall)
-    whose = "a", tests, code, seeds.SHARED_TOWN
-    last = seen if seen.is_whole else passes.finish(*whose, seen, seed=seed, sandbox=wall)
+    seen = Pass("a", tests, code, wall).look()
+    last = seen if seen.is_whole else Pass("a", tests, code, wall).finish(seen, seed)
     return last.result
 
 
@@ -236,8 +235,10 @@ def quickly() -> list[str]:
     return ["--unsandboxed"] if wall.name == "none" else ["--sandbox", wall.name]
 
 
-def checked(value: dict[str, Any], tests: Assignment | None = None, **options: Any) -> Result:
+def checked(
+    value: dict[str, Any], tests: Assignment | None = None, report: Report | None = None
+) -> Result:
     """What a student's own check says of a submission."""
     tests = tests or assignment()
     code = submission(value, tests)
-    return passes.look("", tests, code, sandbox=kernel.quickest(), **options).result
+    return Pass("", tests, code, kernel.quickest()).look(report).result

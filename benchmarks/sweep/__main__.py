@@ -14,7 +14,7 @@ import argparse
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
-from robust_slam.graphs.datasets import DatasetMissing, find
+from robust_slam.files.datasets import DatasetMissing, find
 from robust_slam_course.results import Row, read_results
 from tqdm import tqdm
 

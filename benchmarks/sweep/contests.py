@@ -18,18 +18,12 @@ from itertools import accumulate
 
 import numpy as np
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs import (
-    Noise,
-    PoseGraph,
-    add_local_closures,
-    add_random_closures,
-    manhattan,
-    se2,
-)
+from robust_slam.graphs import Noise, PoseGraph, add_local_closures, add_random_closures, manhattan
 from robust_slam.graphs.generate import near_pairs
-from robust_slam.graphs.group import group_of
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.graphs.pose_graph import select, with_closures
+from robust_slam.groups import se2
+from robust_slam.groups.group import group_of
 
 from benchmarks.methods import Made
 

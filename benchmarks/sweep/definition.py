@@ -27,12 +27,12 @@ from typing import NamedTuple
 import numpy as np
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent import gauss_newton, start
+from robust_slam.files import datasets
 from robust_slam.graphs import (
     Noise,
     PoseGraph,
     add_local_closures,
     add_random_closures,
-    datasets,
     manhattan,
     sphere,
     spoil_closures,

@@ -23,9 +23,9 @@ from pathlib import Path
 import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.estimators import chi_square_threshold
-from robust_slam.graphs import se2, se3
-from robust_slam.graphs.g2o import write
+from robust_slam.files.g2o import write
 from robust_slam.graphs.pose_graph import check_poses
+from robust_slam.groups import se2, se3
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 

@@ -33,7 +33,7 @@ from markdown_it.tree import SyntaxTreeNode
 from myst_nb.core import render
 from myst_nb.sphinx_ import SphinxNbRenderer
 from nbformat import NotebookNode
-from robust_slam.graphs import datasets
+from robust_slam.files import datasets
 from robust_slam_course import figures, pictures
 from robust_slam_course.style import figure_style
 from sphinx.application import Sphinx

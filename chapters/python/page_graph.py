@@ -20,11 +20,11 @@ import robust_slam as rs
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.descent import start
 from robust_slam.estimators import irls, kernels
+from robust_slam.files.graph_file import GraphFile
+from robust_slam.files.trajectories import other_orders
 from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, sphere
-from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import relative_poses, residual_norms, residuals_of
-from robust_slam.graphs.trajectories import other_orders
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Answer, Support
 from robust_slam.solver.noise import noise_words, rescaled

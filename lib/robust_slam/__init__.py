@@ -11,7 +11,9 @@ The short way::
 The folders follow the course:
 
 - ``estimators``: kernels, and the loop that reweights, graduates and switches
-- ``graphs``: pose graphs, their groups, files, generators, outliers and metrics
+- ``groups``: poses in the plane and in space, SE(2) and SE(3)
+- ``graphs``: pose graphs, their residuals, generators, outliers and metrics
+- ``files``: formats of graphs and trajectories, doubts about a file, public graphs
 - ``descent``: first poses, then Gauss-Newton or Levenberg-Marquardt from there
 - ``consistency``: loop closures that agree in pairs, and the largest set of them
 - ``certificates``: whether a map is globally optimal, and the way out of a local minimum

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -38,6 +39,29 @@ def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     return array
 
 
+def ending(name: str, value: ArrayLike, shape: tuple[int, ...], each: str) -> Array:
+    """Return ``value`` as floats, in any number of arrays of one ``shape``.
+
+    Raises:
+        ValueError: the last axes are others; ``each`` says what they hold.
+    """
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape[-len(shape) :] != shape:
+        wanted = ", ".join(["…", *map(str, shape)])
+        raise ValueError(f"{name}: the shape is {array.shape}; give ({wanted}), each {each}")
+    return array
+
+
+def refuse(wrong: ArrayLike, words: Callable[[int], str], error: type = ValueError) -> None:
+    """Refuse the first entry that ``wrong`` ``(k,)`` marks, if there is one.
+
+    Raises:
+        ValueError: or another ``error``, with the ``words`` about its number.
+    """
+    for k in np.flatnonzero(wrong)[:1].tolist():
+        raise error(words(k))
+
+
 def positive(name: str, value: float) -> float:
     """Return ``value`` as a float.
 
@@ -58,8 +82,7 @@ def deviations(sigma: ArrayLike, m: int) -> Array:
     """
     spread = np.asarray(sigma, dtype=np.float64)
     full = finite("sigma", np.full(m, spread) if spread.ndim == 0 else spread, (m,))
-    if np.any(full <= 0.0):
-        raise ValueError(f"sigma: entry {int(np.argmax(full <= 0.0))} is not above 0")
+    refuse(full <= 0.0, lambda k: f"sigma: entry {k} is not above 0")
     return full
 
 

@@ -25,8 +25,9 @@ import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.consistency import pcm
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels
-from robust_slam.graphs import Noise, PoseGraph, ate, manhattan, se2
+from robust_slam.graphs import Noise, PoseGraph, ate, manhattan
 from robust_slam.graphs.pose_graph import select, with_closures
+from robust_slam.groups import se2
 from robust_slam.problems import PoseGraphProblem
 
 BOUND = 0.5

@@ -7,34 +7,34 @@ import dataclasses
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
 import robust_slam as rs
 from robust_slam import breaking
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._files import write_lines
 from robust_slam._words import counted
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
 from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.factor_graph import FRAME
-from robust_slam.factors.reading import has_factors, read_factors
+from robust_slam.factors.reading import FactorFile, has_factors, read_factors
 from robust_slam.factors.solve import solve_factors
-from robust_slam.graphs.files import SUFFIXES, find
-from robust_slam.graphs.graph_file import GraphFile
-from robust_slam.graphs.lines import Unknown
-from robust_slam.graphs.matrices import Repair
-from robust_slam.graphs.reading import read
-from robust_slam.graphs.trajectories import other_orders
+from robust_slam.files.graph_file import GraphFile
+from robust_slam.files.lines import Unknown, write_lines
+from robust_slam.files.matrices import Repair
+from robust_slam.files.reading import find, read
+from robust_slam.files.trajectories import other_orders
+from robust_slam.files.writing import SUFFIXES
 from robust_slam.solver import Answer, Support, solve
 from robust_slam.solver.readings import better_reading, swapped_closures
 
+Found = TypeVar("Found")
 _CLOSED, _INTERRUPTED, _REFUSED, _DOUBTFUL = 141, 130, 2, 1
 _HERE = {
     'unknown="skip"': "--unknown skip",
@@ -200,13 +200,7 @@ def _solve(options: argparse.Namespace) -> int:
     if options.unknown == "raise" and has_factors(path):
         return _solve_factors(path, options)
     file = _read(path, options)
-    print(file.summary())
-    answer = solve(
-        file.graph,
-        options.probability,
-        progress=not options.quiet,
-        max_seconds=options.max_seconds,
-    )
+    answer = _answered(file, solve, options)
     print(f"\n{answer.summary(file.names)}")
     _print_edges("trusted", answer.bridges.edges, file)
     _print_edges("rejected", answer.rejected, file)
@@ -256,13 +250,7 @@ def _solve_factors(path: Path, options: argparse.Namespace) -> int:
                 "GPS; drop it, or leave their lines out with --unknown skip"
             )
     file = read_factors(path)
-    print(file.summary())
-    answer = solve_factors(
-        file.graph,
-        options.probability,
-        progress=not options.quiet,
-        max_seconds=options.max_seconds,
-    )
+    answer = _answered(file, solve_factors, options)
     print(f"\n{answer.summary()}")
     relative, ids = file.graph.relative, file.ids
     if options.out is not None:
@@ -280,39 +268,40 @@ def _solve_factors(path: Path, options: argparse.Namespace) -> int:
     return _DOUBTFUL
 
 
+def _answered(
+    file: GraphFile | FactorFile, solver: Callable[..., Found], options: argparse.Namespace
+) -> Found:
+    """Print what is in a file, and return the answer of a solver about it."""
+    print(file.summary())
+    return solver(file.graph, options.probability, **_limits(options))
+
+
+def _limits(options: argparse.Namespace) -> dict[str, Any]:
+    return {"progress": not options.quiet, "max_seconds": options.max_seconds}
+
+
 def _print_reading(file: GraphFile, answer: Answer, options: argparse.Namespace) -> None:
-    better = better_reading(
-        answer,
-        others=other_orders(file),
-        progress=not options.quiet,
-        max_seconds=options.max_seconds,
-    )
+    better = better_reading(answer, others=other_orders(file), **_limits(options))
     if better is None:
         print(f"{'reading':<8} no other one rejects half as many closures")
         return
     given, theirs = (counted(each.rejected.size, "edge") for each in (answer, better.answer))
-    print(
-        f"{'reading':<8} {better.words} {theirs} would be rejected in place of {given}: "
-        "if the file was meant so, write it so"
-    )
+    meant = f"{better.words} {theirs} would be rejected in place of {given}"
+    print(f"{'reading':<8} {meant}: if the file was meant so, write it so")
 
 
 def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -> None:
     if edges.size:
-        named = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[edges[:10]]])
-        more = ", …" if edges.size > 10 else ""
-        print(
-            f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}{behind and f';{behind}'}"
-        )
+        named = ", ".join([*map(file.named, edges[:10]), *(["…"] if edges.size > 10 else [])])
+        print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{behind and f';{behind}'}")
 
 
 def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:
-    if options.out is not None:
-        rs.save(options.out, answer.graph, answer.poses, names=file.ids, times=file.times)
-        print(f"{'poses':<8} {options.out}")
-    if options.clean is not None:
-        rs.save(options.clean, answer.clean, answer.poses, names=file.ids)
-        print(f"{'clean':<8} {options.clean}")
+    for word, path, graph in (("poses", options.out, "graph"), ("clean", options.clean, "clean")):
+        if path is not None:
+            found = getattr(answer, graph)
+            rs.save(path, found, answer.poses, names=file.ids, times=file.times)
+            print(f"{word:<8} {path}")
     if options.plot is not None:
         _plot(options.plot, answer.graph, answer.poses, answer.kept)
         print(f"{'plot':<8} {options.plot}")

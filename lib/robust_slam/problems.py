@@ -19,7 +19,7 @@ from robust_slam.descent.undamped import descend_undamped
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.groups.rotations import nearest_rotations
 
 
 class LocationProblem:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import robust_slam as rs
 from robust_slam import cli
-from robust_slam.graphs import datasets
-from robust_slam.graphs.g2o import write
+from robust_slam.files import datasets
+from robust_slam.files.g2o import write
+from robust_slam.files.reading import read
+from robust_slam.files.trajectories import write_tum
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import select
-from robust_slam.graphs.reading import read
-from robust_slam.graphs.trajectories import write_tum
 
 from .worlds import refused, with_outliers
 
@@ -104,17 +104,6 @@ def test_odometry_across_a_gap_is_told_and_can_be_a_closure(file, capsys, names,
     assert re.search(said or "^$", "".join(notes) + told.err)
     joined = "sessions   2" in told.out and "trusted  1 closure: " in told.out
     assert code == 2 or joined == bool(arguments)
-
-
-def test_lines_of_toro_that_are_not_used_are_in_the_output(tmp_path, capsys):
-    path = tmp_path / "loop.graph"
-    path.write_text(
-        "EDGE2 0 1 1 0 0 9 0 9 9 0 0\nEDGE2 1 2 1 0 0 9 0 9 9 0 0\n"
-        "EDGE2 0 2 2 0 0 9 0 9 9 0 0\nEQUIV 2 0\nBR 0 5 0.1 2 0.1 0.1\n"
-    )
-    assert cli.main(["solve", str(path), "--quiet", "--unknown", "skip"]) in (0, 1)
-    said = capsys.readouterr().out
-    assert "skipped 1 line with the tag EQUIV" in said and "skipped 1 line with the tag BR" in said
 
 
 def test_ids_with_letters_are_named_so_and_come_back_as_keys(tmp_path, capsys):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import robust_slam as rs
 from robust_slam import cli
+from robust_slam.files.doubts import DOUBTS, rolled
+from robust_slam.files.formats import TORO
+from robust_slam.files.g2o import write
+from robust_slam.files.reading import read
 from robust_slam.graphs import add_random_closures, circle, manhattan, sphere
-from robust_slam.graphs.doubts import DOUBTS, rolled
-from robust_slam.graphs.formats import TORO
-from robust_slam.graphs.g2o import write
 from robust_slam.graphs.pose_graph import with_closures
-from robust_slam.graphs.reading import read
 from robust_slam.solver import readings
 from scipy.spatial.transform import Rotation
 

@@ -9,9 +9,10 @@ from robust_slam import GrowingMap, solve
 from robust_slam.descent import covariance, gauss_newton
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.step import retract
-from robust_slam.graphs import PoseGraph, circle, dead_reckoning, manhattan, se2, sphere
+from robust_slam.graphs import PoseGraph, circle, dead_reckoning, manhattan, sphere
 from robust_slam.graphs.outliers import add_grouped_closures
 from robust_slam.graphs.pose_graph import rows_of, select
+from robust_slam.groups import se2
 from robust_slam.incremental.window import Window
 
 from .worlds import assert_same_poses, random_graph, refused, with_outliers

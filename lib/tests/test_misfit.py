@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from robust_slam.descent import gauss_newton
-from robust_slam.graphs import PoseGraph, add_random_closures, ate, manhattan, se2, sphere
+from robust_slam.graphs import PoseGraph, add_random_closures, ate, manhattan, sphere
 from robust_slam.graphs.outliers import add_aliased_closures
+from robust_slam.groups import se2
 from robust_slam.solver import Support, solve
 from robust_slam.solver.fitted import Fitted
 from robust_slam.solver.misfit import find_misfit

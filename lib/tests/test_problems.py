@@ -10,7 +10,7 @@ from robust_slam.estimators import chi_square_threshold, gnc, irls
 from robust_slam.estimators.kernels import KERNELS
 from robust_slam.estimators.thresholds import dimension_of, threshold_of
 from robust_slam.graphs import circle, dead_reckoning
-from robust_slam.graphs.se3 import exp
+from robust_slam.groups.se3 import exp
 from robust_slam.problems import (
     LinearProblem,
     LocationProblem,

@@ -7,9 +7,11 @@ from itertools import accumulate
 import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.graphs import add_random_closures, datasets, se2, se3
+from robust_slam.files import datasets
+from robust_slam.graphs import add_random_closures
 from robust_slam.graphs.generate import near_pairs
 from robust_slam.graphs.pose_graph import PoseGraph, jacobians, with_closures
+from robust_slam.groups import se2, se3
 from robust_slam.problems import chain
 
 GROUPS = {"SE(2)": se2, "SE(3)": se3}

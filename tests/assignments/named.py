@@ -24,9 +24,9 @@ Named = tuple[Answer, str, str]
 
 def named(name: str, exercise: str) -> Iterator[Named]:
     """Name the wrong answers to an exercise that a visible case stops."""
-    path, assignment = answers.SOLUTIONS / name / f"{name}.ipynb", answers.load(name)
+    assignment = answers.load(name)
     mine = [one for one in answers.answers(name) if one.exercise == exercise]
-    found = [*survey.tried(path, assignment, exercise, mine)]
+    found = [*survey.tried(assignment, exercise, mine)]
     keys = {way.source: keys for way, keys in found}
     whole = survey.labelled(found)
     for one in (one for one in mine if one.is_visible):

@@ -10,7 +10,8 @@ from robust_slam.certificates import sdp
 from robust_slam.consistency.pairwise import pairwise_distances
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import start_mu, tls_weight
-from robust_slam.graphs import PoseGraph, pose_graph, se2
+from robust_slam.graphs import PoseGraph, pose_graph
+from robust_slam.groups import se2
 from robust_slam.problems import LocationProblem, chain
 
 from solutions.manual.__main__ import HERE, exam, misconceptions, page, printed, sheet

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import self_check
-from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.passes import Pass
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
 
@@ -177,13 +177,13 @@ def test_both_pick_the_same_code_after_each_change_to_each_exercise(
 def test_check_passes_what_the_visible_cases_of_the_grade_pass(
     name: str, wrong: int, released: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(self_check.sandbox, "choose", lambda **options: BareFork())
+    monkeypatch.setattr(self_check, "choose", lambda **options: BareFork())
     (tmp_path / "autograder.toml").write_bytes((released / name / "autograder.toml").read_bytes())
     graded = answers.load(name)
 
     def grade(value: dict[str, Any]) -> dict[str, bool]:
         code = toy.submission(value, graded)
-        return passed(passes.look("a", graded, code, sandbox=BareFork()).result)
+        return passed(Pass("a", graded, code, BareFork()).look().result)
 
     value = json.loads(written(name, released, wrong))
     before = grade(value)

@@ -1,5 +1,6 @@
 """A release names wrong answers to its visible cases, and knows nothing of hidden ones."""
 
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,12 @@ def test_hidden_cases_leave_no_trace_in_it(tmp_path: Path) -> None:
     one, other = (labelled(tmp_path / name, name) for name in ("normal", "exponential"))
     files = [(path.parent / tables.FILE).read_bytes() for path in (one, other)]
     assert files[0] == files[1]
+
+
+def test_make_release_finds_out_first_how_answers_can_be_wrong() -> None:
+    done = subprocess.run(["make", "-nB", "release"], capture_output=True, text=True, check=True)
+    told = [done.stdout.find(f"autograder {command}") for command in ("misconceptions", "release")]
+    assert -1 < told[0] < told[1]
 
 
 def test_check_says_what_it_looks_like_and_hints_when_asked(

@@ -18,7 +18,7 @@ ANSWERS = {
     "05": ["estimators.graduation", "estimators.loop", "estimators.reweighting", "problems"],
     "06": ["estimators.switches", "consistency.cliques", "consistency.pairwise"],
     "07": ["certificates.sdp"],
-    "08": ["graphs.metrics", "graphs.se2", "descent", "estimators.graduation"],
+    "08": ["graphs.metrics", "groups.se2", "descent", "estimators.graduation"],
     "09": ["graphs.generate", "graphs.outliers", "certificates.optimality", "solver"],
 }
 """Modules of robust_slam with a function that gives a solution's values by itself.

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from robust_slam.errors import NotConverged
+from robust_slam.files.g2o import write
 from robust_slam.graphs import pose_graph
-from robust_slam.graphs.g2o import write
 from robust_slam_course.results import read_results
 
 from benchmarks import methods

@@ -1,8 +1,11 @@
 """The API page: every public name is on it, and its twins in GTSAM print what they print."""
 
 import doctest
+import importlib
 import inspect
 import re
+import subprocess
+import sys
 
 import pytest
 import robust_slam as rs
@@ -17,6 +20,8 @@ MODULES = {"breaking", "cli", "drawing", "progress", "solver"}
 FOLDERS = (
     "estimators",
     "graphs",
+    "groups",
+    "files",
     "descent",
     "consistency",
     "certificates",
@@ -74,6 +79,19 @@ def test_every_folder_has_a_section_with_all_of_its_names(folder):
 def test_every_short_name_of_the_library_is_on_the_page():
     listed = set(re.findall(r"robust_slam\.([a-zA-Z_]+)", PAGE.read_text("utf-8")))
     assert {name for name in rs.__all__ if not name.startswith("_")} - listed <= MODULES
+
+
+def test_names_of_earlier_releases_are_the_same_things():
+    for module in ("datasets", "formats", "g2o", "graph_file", "gtsam_graph", "trajectories"):
+        now = importlib.import_module(f"robust_slam.files.{module}")
+        assert importlib.import_module(f"robust_slam.graphs.{module}") is now
+    for module in ("group", "se2", "se3"):
+        now = importlib.import_module(f"robust_slam.groups.{module}")
+        assert importlib.import_module(f"robust_slam.graphs.{module}") is now
+    assert set(rs.files.__all__) | {"se2", "se3"} <= set(rs.graphs.__all__)
+    command = [sys.executable, "-m", "robust_slam.graphs.datasets", "--try"]
+    ran = subprocess.run(command, env={"CI": "1"}, capture_output=True, check=True)
+    assert not ran.stderr
 
 
 def test_a_property_keeps_its_words_on_both_sides_of_a_colon():

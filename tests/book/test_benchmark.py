@@ -11,8 +11,8 @@ from bs4 import BeautifulSoup
 from matplotlib import pyplot as plt
 from playwright.sync_api import expect
 from robust_slam.estimators import chi_square_threshold
+from robust_slam.files.datasets import is_here
 from robust_slam.graphs import ate
-from robust_slam.graphs.datasets import is_here
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Support, solve
 from robust_slam_course.heat import HeatMap

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from robust_slam import problems
 from robust_slam.estimators import kernels, reweighting, switches
-from robust_slam.graphs import se2
+from robust_slam.groups import se2
 from scipy.linalg import solve_continuous_are
 from scipy.optimize import brentq, minimize_scalar
 from scipy.spatial.transform import Rotation

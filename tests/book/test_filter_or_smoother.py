@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robust_slam.graphs import gtsam_graph
+from robust_slam.files import gtsam_graph
 
 from autograder.tests.kernel import leave_out
 from tests.book.prose import Chapter

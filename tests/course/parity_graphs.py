@@ -11,11 +11,12 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.undamped import descend_undamped
 from robust_slam.estimators.loop import Stateless, reweight
 from robust_slam.fleet import rounds
-from robust_slam.graphs import add_random_closures, circle, manhattan, se2
+from robust_slam.graphs import add_random_closures, circle, manhattan
 from robust_slam.graphs import pose_graph as pg
 from robust_slam.graphs.generate import Noise
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import PoseGraph, select
+from robust_slam.groups import se2
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
 

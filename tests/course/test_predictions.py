@@ -11,8 +11,9 @@ from robust_slam.estimators.graduation import gm_surrogate
 from robust_slam.estimators.kernels import KERNELS
 from robust_slam.estimators.loop import reweight
 from robust_slam.fleet import rounds
-from robust_slam.graphs import ate, dead_reckoning, pose_graph, se2
+from robust_slam.graphs import ate, dead_reckoning, pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
 from robust_slam_course import labs, pictures
 from robust_slam_course.failures import outcome, town

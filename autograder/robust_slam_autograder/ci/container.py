@@ -3,8 +3,6 @@
 It holds hidden tests, answers and the secret that seeds follow from: it is for Gradescope alone.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import secrets

@@ -8,23 +8,22 @@ Where no sandbox works, or the grader fails, there is no ``results.json``. Grade
 says that the autograder failed, and no one has a mark that is not theirs.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal, submissions
+from robust_slam_autograder.grading.batch import How
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.grading.verdicts import MEANINGS
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.sandbox import choose
 
 SEED_NAME = "seed"
 TREE_NAME = "solutions"
@@ -59,23 +58,14 @@ def main(root: Path) -> int:
 def _grade(root: Path) -> Result:
     tree = root / "source" / TREE_NAME
     (name,) = assignments.find_names(tree)
-    tests = assignments.notebook_path(tree / name)
-    given = Submission(NOBODY, assignments.load(tests), tests, root / "submission")
+    given = Submission(NOBODY, assignments.of(tree, name), root / "submission")
     job = submissions.read(given)
     # From a file, for others can read a command line.
     seed = int((root / "source" / SEED_NAME).read_text(encoding="ascii"))
-    wall = sandbox.choose(None, unsandboxed=False)
     with tempfile.TemporaryDirectory() as folder:
         run = journal.open_journal(Path(folder), seed)
-        (graded,) = batch.grade(
-            [job],
-            out=Path(folder),
-            run=run,
-            wall=wall,
-            workers=1,
-            report=lambda item: None,
-            naming=tables.namer(root / "source" / LABELS_NAME),
-        )
+        how = How(choose(), tables.namer(root / "source" / LABELS_NAME))
+        (graded,) = batch.grade([job], run, how)
         return graded.load()
 
 

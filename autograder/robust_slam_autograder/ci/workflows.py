@@ -1,7 +1,5 @@
 """Workflow files for GitHub and GitLab, filled in for one course."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Sequence

@@ -5,53 +5,20 @@ which declares its arguments, and ``run``. A new command is a new module and its
 ``COMMANDS``.
 """
 
-from __future__ import annotations
-
+import importlib
 from typing import Any
 
-from robust_slam_autograder.commands import (
-    check,
-    collect,
-    doctor,
-    export,
-    feedback,
-    grade,
-    init_ci,
-    lint,
-    mark,
-    misconceptions,
-    public,
-    regrade,
-    release,
-    report,
-    scores,
-    towns,
-)
-
 COMMANDS = (
-    release,
-    check,
-    towns,
-    collect,
-    misconceptions,
-    grade,
-    regrade,
-    mark,
-    feedback,
-    report,
-    export,
-    scores,
-    doctor,
-    lint,
-    public,
-    init_ci,
+    *("release", "check", "towns", "collect", "misconceptions", "grade", "regrade", "mark"),
+    *("feedback", "report", "export", "scores", "doctor", "lint", "public", "init_ci"),
 )
 
 
 def declare(parsers: Any) -> None:  # noqa: ANN401
     """Declare the commands below ``argparse``'s parser of subcommands."""
-    for command in COMMANDS:
-        name = command.__name__.rpartition(".")[2].replace("_", "-")
-        parser = parsers.add_parser(name, help=str(command.__doc__).partition(": ")[2].rstrip("."))
+    for name in COMMANDS:
+        command = importlib.import_module(f"{__name__}.{name}")
+        said = str(command.__doc__).partition(": ")[2].rstrip(".")
+        parser = parsers.add_parser(name.replace("_", "-"), help=said)
         command.add(parser)
         parser.set_defaults(run=command.run)

@@ -1,7 +1,5 @@
 """``autograder check``: run the visible tests of your own notebook."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,11 +1,8 @@
 """``autograder collect``: take in the zip of submissions of Canvas or Moodle."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
-from datetime import datetime
 from pathlib import Path
 
 from robust_slam_autograder.commands import places
@@ -96,18 +93,13 @@ def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> None:
         raise ValueError(f"differs from what {where} holds already: add --replace")
     if others not in ([], [path.name]):
         raise ValueError(f"cannot replace {', '.join(map(log_line, others))} in {where}")
-    _write(path, data, one.at or archive.at)
-
-
-def _write(path: Path, data: bytes, time: datetime) -> None:
-    part = durable.part_of(path)
-    with durable.explained(path, part):
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with durable.explained(path, part := durable.part_of(path)):
+        folder.mkdir(parents=True, exist_ok=True)
         part.write_bytes(data)
-        at = time.timestamp()  # as unzip does: the zip's times are of this machine's clock
-        os.utime(part, (at, at))
+        # As unzip does: the zip's times are of this machine's clock.
+        os.utime(part, ((at := one.at or archive.at).timestamp(), at.timestamp()))
         # It is about what was handed in before.
-        (path.parent / timestamp.NAME).unlink(missing_ok=True)
+        (folder / timestamp.NAME).unlink(missing_ok=True)
         os.replace(part, path)
 
 

@@ -1,7 +1,5 @@
 """``autograder doctor``: say which sandboxes work on this machine."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import platform
@@ -36,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     print(f"{platform.system()} {platform.release()}, {platform.machine()}, run by {who}")
     print(f"{pythons.shown(pythons.OURS)} grades what was written in it or in an older one.")
     places.warn_of_python(options.solutions, sys.stdout)
-    problems = {name: wall.problem() for name, wall in sandbox.BACK_ENDS.items()}
+    problems = {name: one.problem() for name, one in sandbox.BACK_ENDS.items()}
     for name, problem in problems.items():
         print(f"✓ works       {name}" if problem is None else f"✗ unusable    {name}: {problem}")
         if problem is not None:
@@ -67,10 +65,9 @@ def _exposure(options: argparse.Namespace) -> str:
     """Return the sentence with which grading refuses this course; empty where it does not."""
     try:
         names = assignments.find_names(options.solutions) if options.solutions.is_dir() else []
-        paths = [assignments.notebook_path(options.solutions / name) for name in names]
+        there = [assignments.of(options.solutions, name) for name in names]
         folders = [options.solutions, options.submitted, options.out]
-        wall = sandbox.choose()
-        exposed_folders.refuse_unsafe([assignments.load(path) for path in paths], folders, wall)
+        exposed_folders.refuse_unsafe(there, folders, sandbox.choose())
     except WrongUse as error:
         return f"Grading refuses this course: {error}"
     return ""

@@ -1,7 +1,5 @@
 """``autograder export``: write marks for Canvas or Moodle."""
 
-from __future__ import annotations
-
 import argparse
 import functools
 import sys
@@ -67,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
         rules=rules,
         submitted=options.submitted,
     )
-    matched = roster.match(ledger, students, downloads.left_out(options.submitted))
+    matched = Matching(ledger, students, downloads.left_out(options.submitted))
     if not matched.owners:
         raise WrongUse(
             f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "

@@ -1,7 +1,5 @@
 """``autograder feedback``: make a page per submission for its student."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from collections.abc import Sequence

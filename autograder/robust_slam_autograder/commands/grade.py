@@ -1,7 +1,5 @@
 """``autograder grade``: grade submissions, hidden tests included."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import functools
@@ -10,15 +8,16 @@ import os
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from robust_slam_autograder import layout, sandbox
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import batch, durable, exposed_folders, progress, remote
-from robust_slam_autograder.grading.batch import Graded, Graders
+from robust_slam_autograder.grading.batch import Graded, How
 from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.submissions import Submission
@@ -26,9 +25,8 @@ from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
-from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
-from robust_slam_autograder.sandbox import Sandbox
+from robust_slam_autograder.sandbox import BACK_ENDS, choose
 
 STANDARD_OUTPUT = "-"
 
@@ -57,7 +55,7 @@ def add_how(parser: argparse.ArgumentParser) -> None:
         "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, say tcp://HOST:8786"
     )
     parser.add_argument(
-        "--sandbox", choices=list(sandbox.BACK_ENDS), help="default: the first that works here"
+        "--sandbox", choices=list(BACK_ENDS), help="default: the first that works here"
     )
     parser.add_argument(
         "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
@@ -88,12 +86,11 @@ def run(options: argparse.Namespace) -> int:
     gradebook = places.gradebook(options)
     handed_in = _find(options, gradebook)
     _warn(handed_in, options)
-    wall = safe_wall(handed_in, options)
-    with graders(options) as (found, at_once), batch.locked(options.out):
+    with chosen(handed_in, options) as how, batch.locked(options.out):
         journal = open_journal(options.out, options.seed)
-        graded = _grade(handed_in, journal, wall, found, at_once, options)
+        graded = _grade(handed_in, journal, how)
         marks = [item.load() for item in graded]
-        recording.record_new(gradebook, journal, handed_in, marks, wall)
+        recording.record_new(gradebook, journal, handed_in, marks, how.sandbox)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -113,49 +110,42 @@ def _warn(handed_in: Sequence[Submission], options: argparse.Namespace) -> None:
     _warn_of_old_labels(handed_in, options.misconceptions)
 
 
-def safe_wall(handed_in: Sequence[Submission], options: argparse.Namespace) -> Sandbox:
-    """Choose where student code runs, and refuse to grade where it could read what it must not.
+@contextlib.contextmanager
+def chosen(handed_in: Sequence[Submission], options: argparse.Namespace) -> Iterator[How]:
+    """Yield how to grade, on this machine or on a cluster, as long as its workers are wanted.
 
     Raises:
-        WrongUse: it could, no sandbox works, or a package that is allowed is not installed.
+        WrongUse: student code could read what it must not, no sandbox works, a package that is
+            allowed is not installed, or the scheduler cannot be used.
     """
-    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    sandbox = choose(options.sandbox, unsandboxed=options.unsandboxed)
     kept = [options.misconceptions] if options.misconceptions.is_dir() else []
     folders = [options.solutions, options.out, *kept, *map(_folder_of_students, handed_in)]
-    exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, wall)
-    return wall
+    exposed_folders.refuse_unsafe([one.assignment for one in handed_in], folders, sandbox)
+    here = How(sandbox, tables.namer(options.misconceptions), workers=options.jobs)
+    if options.scheduler is None:
+        yield here
+        return
+    with connected(options.scheduler) as workers:
+        # A cluster has as many places as it has workers.
+        there = functools.partial(remote.grade, workers)
+        yield replace(here, graders=there, workers=sys.maxsize)
 
 
-def _grade(
-    handed_in: Sequence[Submission],
-    journal: Journal,
-    wall: Sandbox,
-    found: Graders,
-    at_once: int,
-    options: argparse.Namespace,
-) -> list[Graded]:
+def _grade(handed_in: Sequence[Submission], journal: Journal, how: How) -> list[Graded]:
     if any(one.key not in journal.graded for one in handed_in):
         _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
     with progress.shown(len(handed_in)) as step:
-        return batch.grade(
-            handed_in,
-            out=options.out,
-            run=journal,
-            wall=wall,
-            workers=at_once,
-            report=lambda graded: step(),
-            graders=found,
-            naming=tables.namer(options.misconceptions),
-        )
+        return batch.grade(handed_in, journal, how, lambda graded: step())
 
 
 def _warn_of_old_labels(jobs: Sequence[Submission], folder: Path) -> None:
     """Say where labels were made for other tests, and none are given."""
-    for name, tests in sorted({(job.assignment.name, job.tests) for job in jobs}):
-        there = (folder / f"{name}.json").is_file()
-        if there and tables.read_made(folder, name, tests) is None:
+    for tests in sorted({job.assignment.path for job in jobs}):
+        made = tables.made_of(folder, tests)
+        if made.is_file() and tables.read_made(folder, tests) is None:
             print(
-                f"note: {name} has other tests than when its misconceptions were looked for: "
+                f"note: {made.stem} has other tests than when its misconceptions were looked for: "
                 "run autograder misconceptions again to have wrong answers named.",
                 file=sys.stderr,
             )
@@ -165,21 +155,6 @@ def _folder_of_students(job: Submission) -> Path:
     """Return the folder of students' work: a student's own path may be a link to anywhere."""
     is_notebook = submission.is_notebook(job.path.name)
     return job.path.parent if is_notebook else job.path.parents[1]
-
-
-@contextlib.contextmanager
-def graders(options: argparse.Namespace) -> Iterator[tuple[Graders, int]]:
-    """Yield who grades, this machine's processes or a cluster's workers, and how many at once.
-
-    Raises:
-        WrongUse: the scheduler cannot be used.
-    """
-    if options.scheduler is None:
-        yield batch.processes, options.jobs
-        return
-    with connected(options.scheduler) as workers:
-        # A cluster has as many places as it has workers.
-        yield functools.partial(remote.grade, workers), sys.maxsize
 
 
 def _import_meanwhile(module: str) -> None:
@@ -244,13 +219,8 @@ def _find(options: argparse.Namespace, gradebook: places.Gradebook) -> list[Subm
         raise WrongUse(sentences[0])
     for sentence in sentences:
         print(f"left out: {sentence}", file=sys.stderr)
-    load = functools.cache(lambda name: _load(options.solutions / name))
-    return [Submission(claim.student, *load(claim.assignment), claim.path) for claim in claims]
-
-
-def _load(folder: Path) -> tuple[Assignment, Path]:
-    tests = assignments.notebook_path(folder)
-    return assignments.load(tests), tests
+    of = functools.cache(functools.partial(assignments.of, options.solutions))
+    return [Submission(claim.student, of(claim.assignment), claim.path) for claim in claims]
 
 
 def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str:

@@ -1,7 +1,5 @@
 """``autograder init-ci``: write files for GitHub, GitLab or Gradescope."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``autograder lint``: look at the instructor's tests for weak ones."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """``autograder mark``: add or take points by hand, with the reason."""
 
-from __future__ import annotations
-
 import argparse
 import math
 
@@ -50,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     (name,) = assignments.find_names(options.solutions, [options.assignment])
     change = marks_by_hand.enter(
         places.gradebook(options),
-        assignments.load(assignments.notebook_path(options.solutions / name)),
+        assignments.of(options.solutions, name),
         student=options.student,
         exercise=options.exercise,
         points=options.points,

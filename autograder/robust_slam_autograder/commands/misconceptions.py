@@ -1,7 +1,5 @@
 """``autograder misconceptions``: find out how answers can be wrong, to name it."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 
@@ -25,20 +23,19 @@ def run(options: argparse.Namespace) -> int:
     """Find out; an assignment whose tests and answers have not changed keeps its file."""
     places.refuse_no_answers(options)
     for name in assignments.find_names(options.solutions, options.names):
-        tests = assignments.notebook_path(options.solutions / name)
+        assignment = assignments.of(options.solutions, name)
         answers = _answers(options.answers, name)
-        before = tables.read_made(options.to, name, tests)
+        before = tables.read_made(options.to, assignment.path)
         if before is not None and before.answers == tables.digest_of_answers(answers):
             print(f"{name}: unchanged")
             continue
-        assignment = assignments.load(tests)
         found: dict[str, Table] = {}
         for exercise in assignment.exercises:
-            found[exercise] = survey.survey(tests, assignment, exercise, answers)
+            found[exercise] = survey.survey(assignment, exercise, answers)
             count = sum(map(bool, found[exercise].values()))
             print(f"{name}, {exercise}: {count} ways to be wrong", flush=True)
-        digests = tables.digest(tests), tables.digest_of_answers(answers)
-        tables.write_made(options.to, name, Known(*digests, found))
+        digests = tables.digest(assignment.path), tables.digest_of_answers(answers)
+        tables.write_made(options.to, assignment.path, Known(*digests, found))
     return 0
 
 

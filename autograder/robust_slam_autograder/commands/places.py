@@ -1,14 +1,12 @@
 """Options that several commands have: where things are, looked at before a command works."""
 
-from __future__ import annotations
-
 import argparse
 import functools
 import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO, TypeAlias
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
@@ -21,8 +19,10 @@ from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
-Gradebook = Path | str
-"""SQLite's file, or a database's address."""
+if TYPE_CHECKING:
+    from sqlalchemy import URL  # the student's install lacks it
+
+Gradebook: TypeAlias = "URL"
 
 
 def _folder(default: Path, text: str) -> dict[str, Any]:
@@ -95,25 +95,23 @@ def gradebook(options: argparse.Namespace) -> Gradebook:
     Raises:
         WrongUse: it cannot, or a password stands where everybody on the machine can read it.
     """
-    named = options.gradebook or os.environ.get(DATABASE_VARIABLE)
-    if not named:
-        return Path(options.out, DATABASE_NAME)
     from robust_slam_autograder.nbgrader import database  # it takes its time to import
 
-    if options.gradebook and database.has_password(named):
+    url = database.chosen(options.out, options.gradebook)
+    if options.gradebook and database.has_password(url):
         raise WrongUse(
             "--gradebook holds a password, and others can read a command line: put it into "
             f"~/.pgpass or $PGPASSWORD, or the whole address into ${DATABASE_VARIABLE}."
         )
-    file = database.file_of(named)
-    if file is not None:
+    if options.gradebook or os.environ.get(DATABASE_VARIABLE):
         who = "--gradebook" if options.gradebook else f"${DATABASE_VARIABLE}"
-        refuse_unwritable(who, file, made=options.out)
-    try:
-        database.exists(named)
-    except GraderFailure as error:
-        raise WrongUse(str(error)) from error
-    return named
+        if file := database.file_of(url):
+            refuse_unwritable(who, file, made=options.out)
+        try:
+            database.exists(url)
+        except GraderFailure as error:
+            raise WrongUse(str(error)) from error
+    return url
 
 
 def warn_of_python(tree: Path, to: TextIO | None = None) -> None:
@@ -153,10 +151,9 @@ def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
 
     @functools.cache
     def entered(name: str) -> Entered:
-        folder = options.solutions / name
-        if not folder.is_dir():
+        if not (options.solutions / name).is_dir():
             return Entered()
-        return marks.read(location, assignments.load(assignments.notebook_path(folder)))
+        return marks.read(location, assignments.of(options.solutions, name))
 
     return entered
 

@@ -1,7 +1,5 @@
 """``autograder public``: write the course as the public may have it."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``autograder regrade``: show what changed tests do to marks."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path
@@ -11,7 +9,6 @@ from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.regrading import Plan, Trial
-from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.reports import changes
 from robust_slam_autograder.reports.changes import Regrade
 
@@ -43,26 +40,17 @@ def run(options: argparse.Namespace) -> int:
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
-    wall = grade.safe_wall(plan.jobs, options)
     gradebook = places.gradebook(options)
-    with grade.graders(options) as (graders, at_once), batch.locked(options.out):
+    with grade.chosen(plan.jobs, options) as how, batch.locked(options.out):
         journal = open_journal(options.out, None)
-        stale = regrading.outdated(plan.jobs, journal, wall)
+        stale = regrading.outdated(plan.jobs, journal, how.sandbox)
         with progress.shown(len(stale)) as step:
-            trial = regrading.attempt(
-                stale,
-                journal,
-                wall=wall,
-                workers=at_once,
-                report=step,
-                graders=graders,
-                naming=tables.namer(options.misconceptions),
-            )
+            trial = regrading.attempt(stale, journal, how, step)
         found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:
             regrading.apply(trial, journal)
             jobs, standing = regrading.standing(plan.jobs, journal)
-            recording.record_new(gradebook, journal, jobs, standing, wall)
+            recording.record_new(gradebook, journal, jobs, standing, how.sandbox)
             regrading.clear(journal)
     _tell(found, options)
     return 1 if found.failed else 0

@@ -1,7 +1,5 @@
 """``autograder release``: make the student release."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

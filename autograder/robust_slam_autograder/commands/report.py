@@ -1,7 +1,5 @@
 """``autograder report``: make a page per assignment for the instructor."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Iterable, Sequence
@@ -122,8 +120,7 @@ def _alike(name: str, students: Iterable[str], options: argparse.Namespace) -> A
     from robust_slam_autograder.nbgrader import marked_cells  # it takes its time to import
 
     assignments.find_names(options.solutions, [name])
-    tests = assignments.notebook_path(options.solutions / name)
-    assignment = assignments.load(tests)
+    assignment = assignments.of(options.solutions, name)
     given = marked_cells.given(assignment.marked)
     cells = [solution.grade_id for solution in assignment.solutions]
     answers: dict[str, dict[str, str]] = {cell: {} for cell in cells}
@@ -131,7 +128,7 @@ def _alike(name: str, students: Iterable[str], options: argparse.Namespace) -> A
     for student in students:
         path = options.submitted / student / name
         there = there or path.is_dir()
-        for cell, text in _texts(Submission(student, assignment, tests, path)).items():
+        for cell, text in _texts(Submission(student, assignment, path)).items():
             answers[cell][student] = text
     if not there:
         raise WrongUse(f"{options.submitted} has no submission of {name}: say --submitted DIR.")

@@ -1,7 +1,5 @@
 """``autograder scores``: replay a class's scores of a game, as a table."""
 
-from __future__ import annotations
-
 import argparse
 import csv
 import io

@@ -5,8 +5,6 @@ is outside any such layout. A path that is neither is left out with one sentence
 are graded: one student's odd file must not stop the class, nor count as another student's work.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 from collections.abc import Collection, Iterable, Iterator, Sequence

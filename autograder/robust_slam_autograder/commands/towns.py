@@ -1,7 +1,5 @@
 """``autograder towns``: give each student a number for data of their own."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -2,7 +2,7 @@
 
 On a busy machine a process waits for its turn, and that is no one's fault. So a limit is
 in CPU seconds. Code that sleeps uses none: it is ended after several times its limit on
-the clock of the wall. ``reading.defaults`` has the limits where an assignment names none.
+the clock of the wall. ``reading.assignment`` has the limits where an assignment names none.
 """
 
 from __future__ import annotations

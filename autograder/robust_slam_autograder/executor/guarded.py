@@ -67,13 +67,16 @@ def guarded(work: Callable[[], Iterator[T]]) -> Iterator[T]:
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if code == -signal.SIGPROF:
         raise Overrun
+    if code < 0:  # who waits for this process learns of it
+        os.kill(os.getpid(), -code)
     if code != 0:
-        _end_as(code)
+        os._exit(code)
 
 
 def _work(work: Callable[[], Iterator[T]], writer: Connection, alive: int) -> NoReturn:
     """Be the child, which prints nothing: LAPACK complains on the descriptors of its process."""
-    guard()
+    global _is_guarded
+    _is_guarded = True
     said = os.fdopen(os.dup(2), "w")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -87,19 +90,6 @@ def _work(work: Callable[[], Iterator[T]], writer: Connection, alive: int) -> No
         said.flush()
         writer.send(("raised", error))
     os._exit(0)
-
-
-def _end_as(code: int) -> NoReturn:
-    """End as the child did, so that who waits for this process learns of it."""
-    if code < 0:
-        os.kill(os.getpid(), -code)
-    os._exit(code)
-
-
-def guard() -> None:
-    """Let the kernel end this process, which another waits for."""
-    global _is_guarded
-    _is_guarded = True
 
 
 @contextlib.contextmanager

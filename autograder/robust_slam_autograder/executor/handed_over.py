@@ -7,8 +7,6 @@ or C offers beside that (``out=`` and ``where=`` of a ufunc, a key function, a f
 no one chose, and it is refused.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 import math

@@ -5,8 +5,6 @@ a MemoryError inside the test, which costs the student that case. A part of the 
 kept back from tests, so that the grader itself still has memory to go on.
 """
 
-from __future__ import annotations
-
 import contextlib
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What test cells draw from: the batch's seed and the case, and the number of a student's data."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import hmac

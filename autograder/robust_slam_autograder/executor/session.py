@@ -1,7 +1,5 @@
 """The trusted end of the pipe: one untrusted process, replaced after a hang or a death."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -292,28 +290,20 @@ class Session:
             alone.close()
 
     def _read(self, channel: Conversation, number: int, piece: Piece) -> None:
-        args = (number, piece.label, piece.source, piece.own)
         try:
-            self._ask(
-                channel,
-                Handle("name", "read"),
-                args,
-                {},
-                self.assignment.config.limits.cell_seconds,
-            )
+            self._do(channel, "read", number, piece.label, piece.source, piece.own)
         except TypeError as error:
             if isinstance(error, StudentError):
                 raise
             raise StudentError(f"the cell cannot be read: {error.__cause__}") from error
 
     def _run(self, channel: Conversation, number: int, piece: Piece) -> None:
-        self._ask(
-            channel,
-            Handle("name", "run"),
-            (number,),
-            {},
-            self.assignment.config.limits.cell_seconds,
-        )
+        self._do(channel, "run", number)
+
+    def _do(self, channel: Conversation, what: str, *args: object) -> None:
+        """Call one of the untrusted process's own functions on a cell, for as long as it may."""
+        seconds = self.assignment.config.limits.cell_seconds
+        self._ask(channel, Handle("name", what), args, {}, seconds)
 
 
 def shows_answers(error: Exception, names: Sequence[str]) -> bool:

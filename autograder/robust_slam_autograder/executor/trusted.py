@@ -3,8 +3,6 @@
 A batch that is killed takes them with it: none goes on by itself.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import signal
@@ -76,28 +74,14 @@ def _start(
     work: Callable[[T], R], task: T, preload: Sequence[str]
 ) -> tuple[Connection, ForkServerProcess]:
     receiver, sender = Pipe(duplex=False)
-    process = start(_work, sender, work, task, preload=preload)
-    sender.close()
-    return receiver, process
-
-
-def start(
-    target: Callable[..., None], *arguments: object, preload: Sequence[str] = ()
-) -> ForkServerProcess:
-    """Start a trusted process, which the kernel ends when this one is gone.
-
-    Args:
-        target: what it does; a function that can be pickled.
-        arguments: of ``target``.
-        preload: modules that it will want. The first process decides.
-    """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([trusted_server.__name__])
     folder = util.get_temp_dir()
-    process = context.Process(target=_be, args=(folder, target, *arguments), daemon=True)
+    process = context.Process(target=_be, args=(folder, sender, work, task), daemon=True)
     with _without_main(), trusted_server.told(preload, folder):
         process.start()
-    return process
+    sender.close()
+    return receiver, process
 
 
 @contextlib.contextmanager
@@ -143,22 +127,12 @@ def _end(receiver: Connection, process: ForkServerProcess) -> None:
     receiver.close()
 
 
-def _be(folder: str, target: Callable[..., None], *arguments: object) -> None:
-    """Be the trusted process."""
-    _end_with_the_batch()
+def _be(folder: str, sender: Connection, work: Callable[[T], R], task: T) -> None:
+    """Be the trusted process, which the kernel ends when the batch is gone, however that came."""
+    if parent := multiprocessing.parent_process():
+        guarded.end_with(parent.sentinel)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the batch ends this process itself
     tempfile.tempdir = folder  # so that what a killed process leaves goes with the batch's own
-    target(*arguments)
-
-
-def _work(sender: Connection, work: Callable[[T], R], task: T) -> None:
     memory.bound()
     sender.send(work(task))
     sender.close()
-
-
-def _end_with_the_batch() -> None:
-    """Have the kernel end this process when the batch's is gone, however that came."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        guarded.end_with(parent.sentinel)

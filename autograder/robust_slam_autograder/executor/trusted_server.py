@@ -4,8 +4,6 @@ That server is ``multiprocessing``'s. It takes its settings from the environment
 it takes nothing else but names of modules.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import gc

@@ -4,8 +4,6 @@ A batch that was stopped goes on where it stood: a submission whose text, tests
 and seed have not changed keeps its result.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import functools
@@ -21,8 +19,9 @@ from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import guarded, seeds, trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import between_passes, passes, results
+from robust_slam_autograder.grading import between_passes, results
 from robust_slam_autograder.grading.journal import Journal
+from robust_slam_autograder.grading.passes import Pass, Run
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.submissions import Fingerprints, Outcome, Submission
 from robust_slam_autograder.reading import submission
@@ -43,7 +42,7 @@ class Terms:
 
     seed: int
     """The batch's secret: with a notebook's bytes it gives the seed of the hidden pass."""
-    wall: Sandbox
+    sandbox: Sandbox
     """Where student code runs."""
     preload: tuple[str, ...]
     """Modules that trusted processes need."""
@@ -62,7 +61,7 @@ def processes(
     """Run each task's next pass in a trusted process of its own on this machine."""
     return trusted.run_each(
         tasks,
-        functools.partial(run_pass, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
+        functools.partial(run_pass, seed=terms.seed, sandbox=terms.sandbox, run=guarded.guarded),
         at_once=at_once,
         seconds=patience,
         preload=terms.preload,
@@ -84,13 +83,18 @@ class Graded:
         return results.read(self.path)
 
 
-Naming = Callable[[Submission, Result], Result]
-"""Names what the visible pass over a submission has found wrong."""
+@dataclass(frozen=True)
+class How:
+    """How a batch is graded."""
 
-
-def nameless(job: Submission, result: Result) -> Result:
-    """Name nothing."""
-    return result
+    sandbox: Sandbox
+    """Where student code runs."""
+    naming: Callable[[Submission, Result], Result]
+    """Names what the visible pass over a submission has found wrong."""
+    graders: Graders = processes
+    """Who grades; by default processes of this machine."""
+    workers: int = 1
+    """How many submissions at once."""
 
 
 @contextlib.contextmanager
@@ -118,26 +122,17 @@ def locked(out: Path) -> Iterator[None]:
 
 def grade(
     jobs: Sequence[Submission],
-    *,
-    out: Path,
     run: Journal,
-    wall: Sandbox,
-    workers: int,
-    report: Callable[[Graded], None],
-    graders: Graders = processes,
-    naming: Naming = nameless,
+    how: How,
+    report: Callable[[Graded], None] = lambda graded: None,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
     Args:
         jobs: the submissions.
-        out: folder of the result files.
         run: the batch, from ``journal.open_journal``; it is kept up to date.
-        wall: where student code runs.
-        workers: how many submissions at once.
+        how: who grades, and where student code runs.
         report: called after each submission.
-        graders: who grades; by default processes of this machine.
-        naming: who says what wrong answers look like; by default no one.
 
     Returns:
         what became of each submission, in the order of ``jobs``.
@@ -145,24 +140,24 @@ def grade(
     Raises:
         GraderFailure: a result cannot be written; those before it are kept.
     """
-    prints = Fingerprints(run.seed, wall, run.town)
+    prints = Fingerprints(run.seed, how.sandbox, run.town)
     done: dict[str, Graded] = {}
     due = []
     for job in jobs:
-        reused = _reused(out, job, run, prints)
+        reused = _reused(job, run, prints)
         if reused is None:
             due.append(job)
         else:
             done[job.key] = reused
             report(reused)
-    terms = Terms(run.seed, wall, tuple(preload(due)))
-    at_once = min(workers, len(due))
-    kept = out / WAITING_NAME
-    next_pass = functools.partial(graders, terms)
+    terms = Terms(run.seed, how.sandbox, tuple(preload(due)))
+    at_once = min(how.workers, len(due))
+    kept = run.out / WAITING_NAME
+    next_pass = functools.partial(how.graders, terms)
     with closing(_grade_all(due, prints, kept, next_pass, at_once)) as graded:
         for one, found in graded:
             run.forget(one.key)
-            path = results.write(out, naming(one, found.result))
+            path = results.write(run.out, how.naming(one, found.result))
             if found.result.status != "failed":
                 run.remember(one.key, one.fingerprint)
             done[one.key] = Graded(path, found.result.status, reused=False)
@@ -171,11 +166,11 @@ def grade(
     return [done[job.key] for job in jobs]
 
 
-def _reused(out: Path, job: Submission, run: Journal, prints: Fingerprints) -> Graded | None:
+def _reused(job: Submission, run: Journal, prints: Fingerprints) -> Graded | None:
     """Return a submission's result where nothing that it depends on has changed."""
     if job.key not in run.graded or run.graded[job.key] != prints.read(job).fingerprint:
         return None
-    path = results.path_of(out, job.student, job.assignment.name)
+    path = results.path_of(run.out, job.student, job.assignment.name)
     try:
         return Graded(path, results.read(path).status, reused=True)
     except (OSError, ValueError):
@@ -260,15 +255,13 @@ def patience(one: Submission) -> float:
     return one.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
 
 
-def run_pass(
-    one: Submission, *, seed: int, wall: Sandbox, run: passes.Run = guarded.plain
-) -> Outcome:
+def run_pass(one: Submission, *, seed: int, sandbox: Sandbox, run: Run = guarded.plain) -> Outcome:
     """Run a submission's next pass; a refusal or a failure is a result too.
 
     Args:
         one: the submission; with its visible pass seen the hidden one is next.
         seed: the batch's secret.
-        wall: where student code runs.
+        sandbox: where student code runs.
         run: what runs the test cells.
     """
     try:
@@ -277,12 +270,9 @@ def run_pass(
         if code.foreign:
             raise Refused(code.foreign)
         code = replace(code, notes=one.notes + code.notes)
-        whose = one.student, one.assignment, code, one.town
-        if one.seen is None:
-            found = passes.look(*whose, sandbox=wall, run=run)
-        else:
-            own = seeds.of_submission(seed, one.data)
-            found = passes.finish(*whose, one.seen, seed=own, sandbox=wall, run=run)
+        new = Pass(one.student, one.assignment, code, sandbox, one.town, run)
+        seen, own = one.seen, seeds.of_submission(seed, one.data)
+        found = new.look() if seen is None else new.finish(seen, own)
         texts = submission.texts(one.assignment, cells)
         return replace(found, result=replace(found.result, texts=texts))
     except Refused as error:

@@ -4,8 +4,6 @@ Each is kept with the bytes that were read, and with what its visible pass came 
 was stopped takes that over: the text that a student sees is the one that was made first.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

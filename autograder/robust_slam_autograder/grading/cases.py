@@ -4,8 +4,6 @@ Tests run in the trusted process. The student's functions are proxies that call 
 pipe. A case earns its points only when this side reached the end of its cell.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -4,8 +4,6 @@ One process writes at a time: a file that a killed one left half-written has a f
 name and is written over.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 Where it is kept is the gradebook's matter, ``nbgrader/by_hand.py``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 

@@ -4,8 +4,6 @@ Only the visible pass uses it. Its texts hold what student code returned, so no 
 input may ever reach them.
 """
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import reprlib
@@ -167,9 +165,8 @@ def returned(error: Exception, source: str, calls: Calls) -> Returned:
     found = _of_comparison(test, _Replay(calls, made)) if test else None
     if found is None and made and (test or not isinstance(error, AssertionError)):
         last = made[-1]
-        found = Returned(
-            _with_remark(f"{_told_arguments(last)} returned {show(last.value)}.", last.value)
-        )
+        told = f"{_told_arguments(last)} returned {show(last.value)}."
+        found = Returned(f"{told} {_remark(last.value)}".rstrip())
     return Returned() if found is None else replace(found, text=f"\n{HERE}{found.text}")
 
 
@@ -295,10 +292,6 @@ def _told_arguments(call: Call) -> str:
     texts += [f"{key}={show(item)}" for key, item in call.kwargs.items()]
     text = ", ".join(texts)
     return f"{call.name}({text if len(text) <= MAX_ARGUMENTS else '…'})"
-
-
-def _with_remark(told: str, value: object) -> str:
-    return f"{told} {_remark(value)}".rstrip()
 
 
 def _remark(value: object) -> str:

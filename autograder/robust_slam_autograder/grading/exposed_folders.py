@@ -1,7 +1,5 @@
 """Whether an assignment's packages are there, and nothing secret is in what they show."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -10,20 +8,15 @@ from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
 from robust_slam_autograder.sandbox import Sandbox, Unsandboxed, packages, view
 
 
-def exposed_sentence(folder: Path, shown: Path) -> str:
-    """Say that student code could read a folder, and what to do."""
-    return f"Student code could read {folder}, which is in {shown}: move it out of there."
-
-
 def refuse_unsafe(
-    assignments: Iterable[Assignment], folders: Iterable[Path], wall: Sandbox
+    assignments: Iterable[Assignment], folders: Iterable[Path], sandbox: Sandbox
 ) -> None:
     """Make sure that the packages are installed and that student code sees none of the folders.
 
     Args:
         assignments: what is graded.
         folders: the source tree, the submissions and the results.
-        wall: the sandbox; without one there is no question of what it shows.
+        sandbox: the sandbox; without one there is no question of what it shows.
 
     Raises:
         WrongUse: names the package, or the first folder that student code could read.
@@ -35,9 +28,11 @@ def refuse_unsafe(
                 f"{allowed.name}/{CONFIG_NAME}: packages names {package}, "
                 "which is not installed here: install it or correct the name."
             )
-        if isinstance(wall, Unsandboxed):
+        if isinstance(sandbox, Unsandboxed):
             continue
         for folder in places:
             shown = view.exposing(folder, allowed.config.packages)
             if shown is not None:
-                raise WrongUse(exposed_sentence(folder, shown))
+                raise WrongUse(
+                    f"Student code could read {folder}, which is in {shown}: move it out of there."
+                )

@@ -3,8 +3,6 @@
 The sentences are those of the graders that wrote such files; no other module reads them.
 """
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -6,8 +6,6 @@ short counts for nothing. Both are for their owner's eyes only. Whose marks the 
 stands in the gradebook: there may be another.
 """
 
-from __future__ import annotations
-
 import json
 import secrets
 from dataclasses import dataclass, field

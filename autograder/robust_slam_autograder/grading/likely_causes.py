@@ -3,8 +3,6 @@
 What is particular to an assignment stands in its ``autograder.toml``, under ``[causes]``.
 """
 
-from __future__ import annotations
-
 import ast
 import itertools
 import re

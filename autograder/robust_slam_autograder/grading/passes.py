@@ -5,8 +5,6 @@ says there can reach the result: its messages are the instructor's hints and con
 A batch runs the visible passes of all its submissions before the first hidden one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import time
@@ -26,6 +24,7 @@ from robust_slam_autograder.grading.results import (
     ExerciseResult,
     ExerciseStatus,
     Result,
+    by_grade_id,
     tidy,
 )
 from robust_slam_autograder.grading.submissions import Outcome
@@ -45,100 +44,67 @@ Run = guarded.Run[Ended]
 """What runs the test cells."""
 
 
-def look(
-    student: str,
-    assignment: Assignment,
-    code: Code,
-    town: int | None = seeds.SHARED_TOWN,
-    *,
-    sandbox: Sandbox,
-    run: Run = guarded.plain,
-    report: Report | None = None,
-) -> Outcome:
-    """Run what students can see, and explain what fails.
-
-    Args:
-        student: whose code it is.
-        assignment: what it answers.
-        code: what was written.
-        town: the number of the student's data; None where the notebook's own counts.
-        sandbox: where student code runs.
-        run: what runs the test cells.
-        report: called with each exercise as it ends.
-
-    Raises:
-        GraderFailure: the sandbox or the instructor's set-up cells do not work.
-    """
-    one = _Pass(student, assignment, code, town, sandbox, run, seeds.PUBLIC_SEED, is_visible=True)
-    last = {case.exercise: case.grade_id for case in assignment.cases}
-    seen: dict[str, CaseResult] = {}
-    for case, ended in one.cases():
-        seen[case.grade_id] = ended
-        if report is not None and last[case.exercise] == case.grade_id:
-            report(_exercise(case.exercise, assignment, code, seen, {}))
-    return one.outcome(seen, {}, " ".join(code.notes), 0)
-
-
-def finish(
-    student: str,
-    assignment: Assignment,
-    code: Code,
-    town: int | None,
-    before: Outcome,
-    *,
-    seed: int,
-    sandbox: Sandbox,
-    run: Run = guarded.plain,
-) -> Outcome:
-    """Run all cases whole, but for those where student code hung or died already.
-
-    Args:
-        student: as for ``look``, as are those that follow.
-        assignment: what it answers.
-        code: what was written.
-        town: the number of the student's data.
-        before: from ``look``; a case that it does not have is judged by this pass alone.
-        seed: of this submission, and secret; hidden inputs follow from it and the case's grade id.
-        sandbox: where student code runs.
-        run: what runs the test cells.
-
-    Raises:
-        GraderFailure: as ``look``.
-    """
-    one = _Pass(student, assignment, code, town, sandbox, run, seed)
-    seen = _seen(assignment, before.result)
-    one.skip, one.seconds = frozenset(before.skip), before.seconds
-    one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
-    endings = {case.grade_id: ended.ending for case, ended in one.cases()}
-    return one.outcome(seen, endings, before.result.reason, before.result.seconds)
-
-
 @dataclass
-class _Pass:
-    """One pass over a submission.
-
-    Attributes:
-        faults: cases that are known to hang or die.
-        skip: cells of the student's that hung or died: they are left out.
-        seconds: how much of the submission's limit is used up.
-    """
+class Pass:
+    """A submission, and what runs it: for one pass, in which it is used up."""
 
     student: str
     assignment: Assignment
     code: Code
-    town: int | None
     sandbox: Sandbox
-    run: Run
-    seed: int
-    is_visible: bool = False
-    faults: Endings = field(default_factory=dict)
-    skip: frozenset[int] = frozenset()
-    seconds: float = 0.0
+    """Where student code runs."""
+    town: int | None = seeds.SHARED_TOWN
+    """The number of the student's data; None where the notebook's own counts."""
+    run: Run = guarded.plain
+    """What runs the test cells."""
+    _seed: int = seeds.PUBLIC_SEED
+    _is_visible: bool = False
+    _faults: Endings = field(default_factory=dict)
+    """Cases that are known to hang or die."""
+    _skip: frozenset[int] = frozenset()
+    """Cells of the student's that hung or died: they are left out."""
+    _seconds: float = 0.0
+    """How much of the submission's limit is used up."""
     _doubtful: bool = False
     _overran: bool = False
     _start: float = field(default_factory=time.monotonic)
 
-    def cases(self) -> Iterator[tuple[Case, CaseResult]]:
+    def look(self, report: Report | None = None) -> Outcome:
+        """Run what students can see, and explain what fails.
+
+        Args:
+            report: called with each exercise as it ends.
+
+        Raises:
+            GraderFailure: the sandbox or the instructor's set-up cells do not work.
+        """
+        self._is_visible = True
+        last = {case.exercise: case.grade_id for case in self.assignment.cases}
+        seen: dict[str, CaseResult] = {}
+        for case, ended in self._cases():
+            seen[case.grade_id] = ended
+            if report is not None and last[case.exercise] == case.grade_id:
+                report(_exercise(case.exercise, self.assignment, self.code, seen, {}))
+        return self._outcome(seen, {}, " ".join(self.code.notes), 0)
+
+    def finish(self, before: Outcome, seed: int) -> Outcome:
+        """Run all cases whole, but for those where student code hung or died already.
+
+        Args:
+            before: from ``look``; a case that it does not have is judged by this pass alone.
+            seed: of this submission, and secret; hidden inputs follow from it and the grade id.
+
+        Raises:
+            GraderFailure: as ``look``.
+        """
+        self._seed = seed
+        seen = by_grade_id(before.result, self.assignment)
+        self._skip, self._seconds = frozenset(before.skip), before.seconds
+        self._faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
+        endings = {case.grade_id: ended.ending for case, ended in self._cases()}
+        return self._outcome(seen, endings, before.result.reason, before.result.seconds)
+
+    def _cases(self) -> Iterator[tuple[Case, CaseResult]]:
         """Run the cases in order.
 
         What cannot be interrupted is ended by the kernel. Then the case at which that happened
@@ -148,7 +114,7 @@ class _Pass:
         known: dict[str, Ending] = {}
         while len(known) < len(cases):
             reached = 0
-            faults = {**self.faults, **known}
+            faults = {**self._faults, **known}
             try:
                 for ended, skip, seconds in self.run(functools.partial(self._run_cases, faults)):
                     case = cases[reached]
@@ -156,7 +122,7 @@ class _Pass:
                     if case.grade_id not in known:
                         known[case.grade_id] = ended.ending
                         self._note(case, ended.ending, skip)
-                        self.skip, self.seconds = skip, seconds
+                        self._skip, self._seconds = skip, seconds
                         yield case, ended
             except Overrun:
                 told = replace(messages.own(FAULT_SENTENCES[Ending.TIMEOUT]), returned=())
@@ -166,20 +132,20 @@ class _Pass:
 
     def _run_cases(self, known: Endings) -> Iterator[Ended]:
         faults = {key: ending for key, ending in known.items() if ending.is_fault}
-        used, limits = self.seconds, self.assignment.config.limits
+        used, limits = self._seconds, self.assignment.config.limits
         total = Meter().start(limits.notebook_seconds - used)
         texts = {
-            case.grade_id: case.visible if self.is_visible else case.full
+            case.grade_id: case.visible if self._is_visible else case.full
             for case in self.assignment.cases
         }
-        calls = explain.Calls() if self.is_visible else None
+        calls = explain.Calls() if self._is_visible else None
         lost: dict[str, Told] = {}
-        numbers = seeds.environment(self.seed, self.town)
-        session = Session(self.sandbox, self.assignment, self.code.pieces, total, set(self.skip))
+        numbers = seeds.environment(self._seed, self.town)
+        session = Session(self.sandbox, self.assignment, self.code.pieces, total, set(self._skip))
         with contextlib.closing(session), numbers, silence():
-            cases = Cases(self.assignment, session, texts, self.seed, calls, self.code.python)
+            cases = Cases(self.assignment, session, texts, self._seed, calls, self.code.python)
             for case, ending, error in cases.run(faults):
-                told = cases.explain(case, ending, error) if self.is_visible else Told()
+                told = cases.explain(case, ending, error) if self._is_visible else Told()
                 if ending.is_fault:
                     told = lost.setdefault(case.exercise, told)
                 yield _case(case, ending, told), frozenset(session.skip), used + total.used()
@@ -187,8 +153,8 @@ class _Pass:
     def _note(self, case: Case, ending: Ending, skip: frozenset[int]) -> None:
         """Note where a case ended by a limit that a busy machine may be to blame for."""
         first = len(self.assignment.setup)
-        own = any(self.code.pieces[number - first].own for number in skip - self.skip)
-        lost = {key.rpartition("-")[0] for key in self.faults}
+        own = any(self.code.pieces[number - first].own for number in skip - self._skip)
+        lost = {key.rpartition("-")[0] for key in self._faults}
         self._doubtful |= own or (ending.is_fault and case.exercise not in lost)
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
@@ -198,12 +164,12 @@ class _Pass:
         interrupted, and no case after it can be reached.
         """
         self._overran = True
-        self.seconds += self.assignment.config.limits.cell_seconds
-        if case.grade_id not in known and case.grade_id not in self.faults:
+        self._seconds += self.assignment.config.limits.cell_seconds
+        if case.grade_id not in known and case.grade_id not in self._faults:
             return [case]
         return [one for one in self.assignment.cases if one.grade_id not in known]
 
-    def outcome(self, seen: Shown, hidden: Endings, reason: str, seconds: float) -> Outcome:
+    def _outcome(self, seen: Shown, hidden: Endings, reason: str, seconds: float) -> Outcome:
         """Put the result together; ``seconds`` are those of the passes before."""
         names = self.assignment.exercises
         exercises = [_exercise(one, self.assignment, self.code, seen, hidden) for one in names]
@@ -219,14 +185,7 @@ class _Pass:
             exercises=tuple(exercises),
         )
         doubtful = self._doubtful and not self._overran
-        return Outcome(result, doubtful, round(self.seconds, 3), tuple(sorted(self.skip)))
-
-
-def _seen(assignment: Assignment, result: Result) -> Shown:
-    """Find the cases of a visible pass by their grade ids."""
-    found = {(e.name, case.name): case for e in result.exercises for case in e.cases}
-    keys = {case.grade_id: (case.exercise, case.name) for case in assignment.cases}
-    return {grade_id: found[key] for grade_id, key in keys.items() if key in found}
+        return Outcome(result, doubtful, round(self._seconds, 3), tuple(sorted(self._skip)))
 
 
 def _exercise(

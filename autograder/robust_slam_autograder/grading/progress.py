@@ -1,7 +1,5 @@
 """How far a batch is: a bar on a terminal, now and then a plain line in a log."""
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import time

@@ -3,8 +3,6 @@
 A sandbox runs the grader's own Python, so that one grades what was written in it or in an older.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -4,8 +4,6 @@ The new results are in a folder of their own, ``<out>/.regrade``, with a journal
 own, until they are applied: to look is not to change, and a look that was stopped goes on.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +12,7 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import batch, results, submissions
-from robust_slam_autograder.grading.batch import Graded, Graders
+from robust_slam_autograder.grading.batch import Graded, How
 from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.submissions import Submission
@@ -95,19 +93,18 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
             f"{out / RUN_NAME} is gone, and with it the seed: other inputs would change "
             "marks too. Grade anew."
         )
-    tests = assignments.notebook_path(tree / name)
-    assignment = assignments.load(tests)
+    assignment = assignments.of(tree, name)
     # Not Path.is_dir, which raises where a folder cannot be entered.
     there = [one for one in students if os.path.isdir(submitted / one / name)]
     if not there:
         raise WrongUse(f"{submitted} has no submission of {name}: say --submitted DIR.")
-    jobs = (Submission(one, assignment, tests, submitted / one / name) for one in there)
+    jobs = (Submission(one, assignment, submitted / one / name) for one in there)
     return Plan(tuple(jobs), tuple(one for one in students if one not in there))
 
 
-def outdated(jobs: Sequence[Submission], journal: Journal, wall: Sandbox) -> list[Submission]:
+def outdated(jobs: Sequence[Submission], journal: Journal, sandbox: Sandbox) -> list[Submission]:
     """Return submissions whose result does not follow from today's tests, text and grader."""
-    read = submissions.Fingerprints(journal.seed, wall, journal.town).read
+    read = submissions.Fingerprints(journal.seed, sandbox, journal.town).read
     return [job for job in jobs if journal.graded.get(job.key) != read(job).fingerprint]
 
 
@@ -126,25 +123,15 @@ class Trial:
 
 
 def attempt(
-    jobs: Sequence[Submission],
-    journal: Journal,
-    *,
-    wall: Sandbox,
-    workers: int,
-    report: Callable[[], None],
-    graders: Graders,
-    naming: batch.Naming = batch.nameless,
+    jobs: Sequence[Submission], journal: Journal, how: How, report: Callable[[], None]
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
     Args:
         jobs: the submissions.
         journal: the batch's, whose folder is locked.
-        wall: where student code runs.
-        workers: how many submissions at once.
+        how: as for ``batch.grade``.
         report: called after each.
-        graders: who grades, as for ``batch.grade``.
-        naming: who says what wrong answers look like, as there.
 
     Raises:
         GraderFailure: a result cannot be written.
@@ -152,16 +139,7 @@ def attempt(
     folder = journal.out / FOLDER_NAME
     folder.mkdir(exist_ok=True)
     own = open_journal(folder, journal.seed)
-    graded = batch.grade(
-        jobs,
-        out=folder,
-        run=own,
-        wall=wall,
-        workers=workers,
-        report=lambda done: report(),
-        graders=graders,
-        naming=naming,
-    )
+    graded = batch.grade(jobs, own, how, lambda done: report())
     return Trial(tuple(jobs), tuple(graded), own)
 
 

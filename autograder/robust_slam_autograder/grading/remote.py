@@ -2,10 +2,8 @@
 
 What travels is bytes: the tests, the seed and the submission there, a result's text back.
 A worker needs no shared disk and writes nothing. It takes a submission only where its code and its
-wall are the coordinator's, and grades it in a trusted process, as a local batch does.
+sandbox are the coordinator's, and grades it in a trusted process, as a local batch does.
 """
-
-from __future__ import annotations
 
 import contextlib
 import pickle
@@ -32,9 +30,9 @@ def grade(
     """Run each task's next pass on a worker of the cluster that is fit for it.
 
     Raises:
-        WrongUse: workers know the wall by no name.
+        WrongUse: workers know the sandbox by no name.
     """
-    code, wanted = code_digest(), name_of(terms.wall)
+    code, wanted = code_digest(), name_of(terms.sandbox)
 
     def call(task: Submission) -> Call:
         parcel = pickle.dumps((task, terms.seed, terms.preload))
@@ -44,18 +42,18 @@ def grade(
         yield task, _checked(answer, task)
 
 
-def name_of(wall: Sandbox) -> str:
-    """Return the name by which a worker finds the same wall.
+def name_of(sandbox: Sandbox) -> str:
+    """Return the name by which a worker finds the same sandbox.
 
     Raises:
         WrongUse: it has none.
     """
-    if isinstance(wall, Unsandboxed):
+    if isinstance(sandbox, Unsandboxed):
         return UNSANDBOXED
     for name, one in BACK_ENDS.items():
-        if one is wall:
+        if one is sandbox:
             return name
-    raise WrongUse(f"Workers know no sandbox {wall.name}.")
+    raise WrongUse(f"Workers know no sandbox {sandbox.name}.")
 
 
 def _checked(answer: object, job: Submission) -> Outcome | Broken:
@@ -72,22 +70,22 @@ def _checked(answer: object, job: Submission) -> Outcome | Broken:
     return Broken("sent back no result")
 
 
-def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> str | Broken | Unfit:
+def grade_on_worker(code: str, sandbox_name: str, parcel: bytes) -> str | Broken | Unfit:
     """Run a submission's next pass and return what it came to, as a text; the worker's part.
 
     Args:
         code: digest of the coordinator's code; nothing is unpacked where ours differs.
-        wall_name: where student code runs, here too.
+        sandbox_name: where student code runs, here too.
         parcel: a task, the seed and the modules to preload, pickled.
     """
     if code != code_digest():
         return Unfit(OTHER_CODE)
-    wall = Unsandboxed() if wall_name == UNSANDBOXED else BACK_ENDS[wall_name]
-    problem = wall.problem()
+    sandbox = Unsandboxed() if sandbox_name == UNSANDBOXED else BACK_ENDS[sandbox_name]
+    problem = sandbox.problem()
     if problem is not None:
         fix = "see `autograder doctor` there, or choose another one for all with --sandbox"
-        return Unfit(f"the sandbox {wall_name} does not work there ({problem}): {fix}")
+        return Unfit(f"the sandbox {sandbox_name} does not work there ({problem}): {fix}")
     may_have_children()
     task, seed, preloaded = pickle.loads(parcel)
-    ((_, answer),) = batch.processes(Terms(seed, wall, preloaded), [task], 1)
+    ((_, answer),) = batch.processes(Terms(seed, sandbox, preloaded), [task], 1)
     return answer if isinstance(answer, Broken) else answer.as_text()

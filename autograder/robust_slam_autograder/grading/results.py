@@ -1,7 +1,5 @@
 """The result of one submission, and its file: one per submission, renamed into place."""
 
-from __future__ import annotations
-
 import functools
 import glob
 import hashlib
@@ -16,6 +14,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable, first_schema
+from robust_slam_autograder.reading.assignment import Assignment
 
 SCHEMA = 2
 Status = Literal["graded", "refused", "failed"]
@@ -134,6 +133,13 @@ class Result:
     exercises: tuple[ExerciseResult, ...]
     texts: Mapping[str, str] | None = None
     """By grade id ``submission.digest`` of each free-text answer; None where not known."""
+
+
+def by_grade_id(result: Result, assignment: Assignment) -> Mapping[str, CaseResult]:
+    """Return how an assignment's cases went, as far as a result has them."""
+    found = {(one.name, case.name): case for one in result.exercises for case in one.cases}
+    keys = {case.grade_id: (case.exercise, case.name) for case in assignment.cases}
+    return {grade_id: found[key] for grade_id, key in keys.items() if key in found}
 
 
 def tidy(points: float) -> float:

@@ -5,8 +5,6 @@ beside the edge of its cell has two digests, so values that differ by rounding a
 in common. A digest tells nothing of the values.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import itertools

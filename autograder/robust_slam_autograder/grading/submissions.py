@@ -66,8 +66,6 @@ class Submission:
 
     student: str
     assignment: Assignment
-    tests: Path
-    """The instructor's notebook."""
     path: Path
     """The submission's notebook, or its folder ``submitted/<student>/<assignment>/``."""
     name: str = ""
@@ -104,16 +102,16 @@ class Fingerprints:
     """Digests of all that a submission's result depends on."""
 
     def __init__(
-        self, seed: int, wall: Sandbox, town: Callable[[str], int] = lambda student: SHARED_TOWN
+        self, seed: int, sandbox: Sandbox, town: Callable[[str], int] = lambda student: SHARED_TOWN
     ) -> None:
-        self._common = f"{seed} {wall.name} {code_digest()}"
+        self._common = f"{seed} {sandbox.name} {code_digest()}"
         self._town = town
         self._tests = functools.cache(self._digest_of_tests)
 
     def read(self, one: Submission) -> Submission:
         """Read a submission as it is on the disk now, with the digest of what was read."""
         one = replace(read(one), town=self._town(one.student))
-        digest = hashlib.sha256(self._tests(one.tests))
+        digest = hashlib.sha256(self._tests(one.assignment.path))
         digest.update(f"{one.town} {one.refusal}".encode())
         digest.update(one.name.encode(errors="surrogateescape") + one.data)
         return replace(one, fingerprint=digest.hexdigest())

@@ -1,7 +1,5 @@
 """What a status means and what to do about it, in words for students."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus, Result

@@ -4,8 +4,6 @@ A rule is a function from a ``Subject`` to what it finds, under ``@rule``, in a 
 family. A new family of rules is a new module and its name here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

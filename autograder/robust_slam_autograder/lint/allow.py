@@ -4,8 +4,6 @@ They are read where no student sees them: in a hidden region, for its case, and
 in a solution region, for its exercise and the cases of it. A release holds neither.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

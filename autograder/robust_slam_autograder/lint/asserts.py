@@ -3,8 +3,6 @@
 Student code runs in another process, and only calls reach it.
 """
 
-from __future__ import annotations
-
 import ast
 
 from robust_slam_autograder.lint.rule import code_rule

@@ -1,7 +1,5 @@
 """What is beside the notebook: ``autograder.toml``, and answers to test the tests with."""
 
-from __future__ import annotations
-
 import ast
 import importlib.util
 import re

@@ -3,8 +3,6 @@
 A result is a call of a student's function, or a name that is bound to nothing else.
 """
 
-from __future__ import annotations
-
 import ast
 
 import numpy as np

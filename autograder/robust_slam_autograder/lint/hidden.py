@@ -1,7 +1,5 @@
 """Hidden regions: their place, their hints, and their inputs, which come from `rng` alone."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What a rule is, and what an instructor reads of it."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

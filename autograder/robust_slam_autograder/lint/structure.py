@@ -1,7 +1,5 @@
 """How an assignment is put together: exercises, cases, points, solution cells."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """An assignment as the rules see it: every cell parsed."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

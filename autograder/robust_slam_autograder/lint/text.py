@@ -1,7 +1,5 @@
 """What texts say of exercises: the assignment's own, its chapter's, and those of other pages."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator

@@ -8,8 +8,6 @@ Source: Canvas, lib/content_zipper.rb; Moodle, public/mod/assign/classes/downloa
 what it drops from a name public/lib/classes/param.php.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re
@@ -132,9 +130,6 @@ def moodle_keys(people: Roster, names: Sequence[str]) -> Keys:
 def _in_zip(*names: str) -> str:
     plain = _DROPPED.sub("", re.sub("[_,]", " ", " ".join(names)))
     return roster.key(" ".join(plain.split()))
-
-
-CANVAS, MOODLE = (canvas_sent, canvas_keys), (moodle_sent, moodle_keys)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,6 @@ By hand: an assignment of 20 points, 10 % a day. Handed in 25 hours late, two da
 begun; that is 20 % of 20 points, 4 off. A mark of 15 becomes 11, and none falls below 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Who marks whom, and what students ask about their marks: one file, beside the roster."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field

@@ -101,7 +101,7 @@ def read(
         broken = {one.student for one in others if one.status == "failed"}
         known = {name: one for name, one in recorded.students.items() if name not in broken}
         if known:
-            tests = assignments.load(assignments.notebook_path(tree / name))
+            tests = assignments.of(tree, name)
             columns.append(_column(tests, replace(recorded, students=known), rules, submitted))
         elif name in names:
             raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")

@@ -4,8 +4,6 @@ It is read strictly. A mark that goes to the wrong person is worse than none, so
 is doubtful stops the export, with the file and the line.
 """
 
-from __future__ import annotations
-
 import codecs
 import csv
 import io
@@ -154,21 +152,31 @@ def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, 
     return found
 
 
-@dataclass(frozen=True)
 class Matching:
-    """Submissions and the roster, side by side."""
+    """Submissions and the roster, side by side.
 
-    ledger: Ledger
-    students: Mapping[str, Row]
-    """The roster's lines by the name that submissions are matched by."""
-    owners: Mapping[int, str]
-    """By line the student, as the submissions' folder is named, where there is one."""
-    strangers: tuple[str, ...]
-    """Students who have handed something in and are not on the roster."""
-    doubled: Mapping[int, tuple[str, ...]]
-    """By line students whose names are equal after Unicode normalisation: they have no mark."""
-    left_out: Mapping[str, str]
-    """Notebooks that may be anybody's, with the assignment that they are of, or nothing."""
+    Attributes:
+        ledger: the marks.
+        students: the roster's lines from ``by_key``, by the name that submissions are matched by.
+        left_out: notebooks that may be anybody's, with the assignment, or nothing, of each.
+        owners: by line the student, as the submissions' folder is named, where there is one.
+        strangers: students who have handed something in and are not on the roster.
+        doubled: by line students whose names are equal after Unicode normalisation: they have no
+            mark.
+    """
+
+    def __init__(
+        self, ledger: Ledger, students: Mapping[str, Row], left_out: Mapping[str, str]
+    ) -> None:
+        self.ledger, self.students, self.left_out = ledger, students, left_out
+        named = [student for column in ledger.columns for student in column.marks]
+        every = dict.fromkeys([*named, *sorted(student for student, _ in ledger.lost)])
+        self.strangers = tuple(student for student in every if key(student) not in students)
+        found: dict[int, list[str]] = {}
+        for student in (one for one in every if one not in self.strangers):
+            found.setdefault(students[key(student)].line, []).append(student)
+        self.owners = {line: same[0] for line, same in found.items() if len(same) == 1}
+        self.doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
 
     @property
     def likely(self) -> str:
@@ -209,22 +217,6 @@ class Matching:
     def absent(self, column: Column) -> list[str]:
         """Return who is on the roster and handed in nothing for an assignment."""
         return [name for name, row in self.students.items() if self._is_absent(row, column)]
-
-
-def match(ledger: Ledger, students: Mapping[str, Row], left_out: Mapping[str, str]) -> Matching:
-    """Find each student, as the submissions' folders are named, among lines from ``by_key``."""
-    named = [student for column in ledger.columns for student in column.marks]
-    found: dict[int, list[str]] = {}
-    strangers = []
-    for student in dict.fromkeys([*named, *sorted(student for student, _ in ledger.lost)]):
-        row = students.get(key(student))
-        if row is None:
-            strangers.append(student)
-        else:
-            found.setdefault(row.line, []).append(student)
-    owners = {line: same[0] for line, same in found.items() if len(same) == 1}
-    doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
-    return Matching(ledger, students, owners, tuple(strangers), doubled, left_out)
 
 
 def _number(name: str) -> str:

@@ -9,8 +9,6 @@ is there, so who has no mark keeps what the roster says.
 Source: Canvas, lib/gradebook_importer.rb; Moodle, grade/import/csv/classes/load_data.php.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -179,11 +177,11 @@ class System:
     """What may stand for a line of the roster in such a path, by the columns of names."""
 
 
-_CANVAS = (canvas_students, canvas_names, canvas_table, *downloads.CANVAS)
-_MOODLE = (lambda roster: roster.rows, moodle_names, moodle_table, *downloads.MOODLE)
+_CANVAS = canvas_table, downloads.canvas_sent, downloads.canvas_keys
+_MOODLE = moodle_table, downloads.moodle_sent, downloads.moodle_keys
 SYSTEMS = {
-    "canvas": System("Canvas", "SIS Login ID", *_CANVAS),
-    "moodle": System("Moodle", "Email address", *_MOODLE),
+    "canvas": System("Canvas", "SIS Login ID", canvas_students, canvas_names, *_CANVAS),
+    "moodle": System("Moodle", "Email address", lambda all: all.rows, moodle_names, *_MOODLE),
 }
 
 

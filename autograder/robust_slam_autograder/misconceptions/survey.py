@@ -5,24 +5,19 @@ change that many slips come to. The grader's own pass runs them, so a key here i
 Nothing here is a wall: it is the instructor's code that runs.
 """
 
-from __future__ import annotations
-
 import contextlib
-import functools
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
-from robust_slam_autograder.grading import passes
-from robust_slam_autograder.grading.results import ExerciseResult
+from robust_slam_autograder.grading.passes import Pass
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.misconceptions.tables import Table
 from robust_slam_autograder.reading import notebook, submission
-from robust_slam_autograder.reading.assignment import Assignment, Solution
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Limits, Solution
 from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.submission import Code
 from robust_slam_autograder.sandbox import InProcess
@@ -84,49 +79,55 @@ def ways(right: Code, exercise: Solution, answers: Iterable[Answer]) -> Iterator
 
 
 def tried(
-    path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]
+    assignment: Assignment, exercise: str, answers: Iterable[Answer]
 ) -> Iterator[tuple[Way, tuple[str, ...]]]:
     """Run ways to be wrong on an exercise's visible cases, and yield each with its keys.
 
     Words and whole numbers are alike by chance, and what students draw from a number of their own
     tells nothing of others': that has no keys. Nor has what nothing interrupts.
     """
-    right = submission.collect(notebook.read(path), assignment)
     cases = tuple(one for one in assignment.cases if one.exercise == exercise and not one.has_town)
+    if not cases:
+        return
+    right = submission.collect(notebook.read(assignment.path), assignment)
     config = replace(assignment.config, limits=LIMITS, withheld=())
     alone = replace(assignment, cases=cases, config=config)
     owner = assignment.owner(exercise)
     (mine,) = [one for one in assignment.solutions if one.grade_id == owner]
-    left = deque(ways(right, mine, answers) if cases else ())
+    # What the solution imports here, each child has.
+    failing = (replace(one, visible=f"{one.visible}\nassert False") for one in cases)
+    solved = _look(replace(alone, cases=tuple(failing)), right)
+    values = {key for case in solved.cases for key in _of(case)}
+    left = deque(ways(right, mine, answers))
+
+    def looked() -> Iterator[tuple[str, ...]]:
+        for way in [*left]:
+            changed = {owner: way.source}
+            texts = (replace(p, source=changed.get(p.label, p.source)) for p in right.pieces)
+            result = _look(alone, replace(right, pieces=tuple(texts)))
+            ends_right = any(key in values for case in result.cases for key in _of(case))
+            yield tables.keys(result) if tables.is_real(result) and not ends_right else ()
+
     while left:
         with contextlib.suppress(Overrun):
-            for keys in guarded.guarded(functools.partial(_looked, alone, right, owner, [*left])):
+            for keys in guarded.guarded(looked):
                 yield left.popleft(), keys
             continue
         left.popleft()
 
 
-def _looked(
-    alone: Assignment, right: Code, owner: str, left: Iterable[Way]
-) -> Iterator[tuple[str, ...]]:
-    """Yield the keys of some ways to be wrong; none where a case ends at the right values."""
-
-    def look(tests: Assignment, code: Code) -> ExerciseResult:
-        return passes.look("", tests, code, sandbox=InProcess()).result.exercises[0]
-
-    failing = (replace(one, visible=f"{one.visible}\nassert False") for one in alone.cases)
-    solved = look(replace(alone, cases=tuple(failing)), right)
-    values = {case.name: {*(case.returned or ())} for case in solved.cases}
-    for way in left:
-        pieces = (replace(p, source=way.source) if p.label == owner else p for p in right.pieces)
-        result = look(alone, replace(right, pieces=tuple(pieces)))
-        is_right = any(values[case.name] & {*(case.returned or ())} for case in result.cases)
-        yield tables.keys(result) if tables.is_real(result) and not is_right else ()
+def _look(tests: Assignment, code: Code) -> ExerciseResult:
+    return Pass("", tests, code, InProcess()).look().result.exercises[0]
 
 
-def survey(path: Path, assignment: Assignment, exercise: str, answers: Iterable[Answer]) -> Table:
+def _of(case: CaseResult) -> Iterator[tuple[str, str]]:
+    """Yield what a case returned, with its name."""
+    return ((case.name, one) for one in case.returned or ())
+
+
+def survey(assignment: Assignment, exercise: str, answers: Iterable[Answer]) -> Table:
     """Return the labels of an exercise's wrong answers, by what they come to."""
-    return labelled(tried(path, assignment, exercise, answers))
+    return labelled(tried(assignment, exercise, answers))
 
 
 def labelled(found: Iterable[tuple[Way, tuple[str, ...]]]) -> Table:

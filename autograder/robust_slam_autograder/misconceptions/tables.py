@@ -5,8 +5,6 @@ tells no one what could be wrong, but only what is. What students are told comes
 functions returned to visible cases; no hidden pass has a part in it.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import itertools
@@ -82,7 +80,7 @@ def namer(folder: Path) -> Callable[[Submission, Result], Result]:
     known = functools.cache(functools.partial(read_made, folder))
 
     def name(job: Submission, result: Result) -> Result:
-        found = known(job.assignment.name, job.tests)
+        found = known(job.assignment.path)
         tables = found.exercises if found else {}
         exercises = (named(one, tables.get(one.name, {})) for one in result.exercises)
         return replace(result, exercises=tuple(exercises))
@@ -146,19 +144,24 @@ def digest_of_answers(answers: Sequence[Answer]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def write_made(folder: Path, name: str, known: Known) -> None:
+def made_of(folder: Path, tests: Path) -> Path:
+    """Return the file of what was found out with an instructor's notebook."""
+    return folder / f"{tests.resolve().parent.name}.json"
+
+
+def write_made(folder: Path, tests: Path, known: Known) -> None:
     """Write what was found out about an assignment; no one else may read it.
 
     Raises:
         GraderFailure: it cannot be written.
     """
-    durable.write(folder / f"{name}.json", f"{json.dumps(asdict(known))}\n", mode=_PRIVATE)
+    durable.write(made_of(folder, tests), f"{json.dumps(asdict(known))}\n", mode=_PRIVATE)
 
 
-def read_made(folder: Path, name: str, tests: Path) -> Known | None:
+def read_made(folder: Path, tests: Path) -> Known | None:
     """Read what was found out; None where there is nothing, or it is of other tests."""
     try:
-        data = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+        data = json.loads(made_of(folder, tests).read_text(encoding="utf-8"))
         found = Known(data["tests"], data["answers"], _made(data["exercises"]))
         return found if found.tests == digest(tests) else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError):

@@ -5,9 +5,8 @@ add it, and one of them fails. So each of our transactions begins with the datab
 and the one that comes second waits for its end. nbgrader itself takes no such lock.
 """
 
-from __future__ import annotations
-
 import contextlib
+import os
 import re
 import shlex
 from collections.abc import Iterator
@@ -34,6 +33,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
 Location = Path | str | URL
 """SQLite's file, or a database's address as SQLAlchemy has it."""
@@ -76,27 +76,22 @@ _FIND_RECORDED = text(
 )
 
 
+def chosen(out: Path, named: str | None = None) -> URL:
+    """Return the gradebook in use: a named one, else the environment's, else that of the results.
+
+    Raises:
+        WrongUse: as for ``url_of``.
+    """
+    return url_of(named or os.environ.get(DATABASE_VARIABLE) or out / DATABASE_NAME)
+
+
 def url_of(location: Location) -> URL:
-    """Return a gradebook's address, with how long to wait.
+    """Return a gradebook's address.
 
     Raises:
         WrongUse: it is not an address, or that of another kind of database. A password in it is
             not told.
     """
-    url = _url(location)
-    return url.set(query={**_PATIENCE[url.get_backend_name()], **url.query})
-
-
-def for_nbgrader(location: Location) -> str:
-    """Return a gradebook's address for nbgrader's own settings; it holds the password, if any.
-
-    Raises:
-        WrongUse: it is not an address.
-    """
-    return _url(location).render_as_string(hide_password=False)
-
-
-def _url(location: Location) -> URL:
     if isinstance(location, Path):
         location = URL.create("sqlite", database=str(location))
     try:
@@ -120,6 +115,12 @@ def _url(location: Location) -> URL:
     return url.set(drivername="postgresql+psycopg2") if url.drivername == "postgresql" else url
 
 
+def patient(location: Location) -> URL:
+    """Return a gradebook's address, with how long to wait for it."""
+    url = url_of(location)
+    return url.set(query={**_PATIENCE[url.get_backend_name()], **url.query})
+
+
 def file_of(location: Location) -> Path | None:
     """Return the file of an SQLite gradebook."""
     url = url_of(location)
@@ -139,10 +140,9 @@ def _secrets(url: URL) -> list[str]:
 def shown(location: Location) -> str:
     """Return the address for people: without passwords."""
     url = url_of(location)
-    file = file_of(url)
-    hidden = [key for key in url.query if "password" in key or key in _PATIENCE["postgresql"]]
+    hidden = [key for key in url.query if "password" in key]
     plain = url.set(drivername=url.get_backend_name()).difference_update_query(hidden)
-    return str(file or plain.render_as_string(hide_password=True))
+    return str(file_of(url) or plain.render_as_string(hide_password=True))
 
 
 @contextlib.contextmanager
@@ -185,8 +185,9 @@ def _why(error: Exception, url: URL) -> str:
     return f"{why}."
 
 
-def _engine(url: URL) -> Engine:
-    return create_engine(url, poolclass=NullPool)  # no connection stays open behind it
+def _engine(location: Location) -> Engine:
+    # No connection stays open behind it.
+    return create_engine(patient(location), poolclass=NullPool)
 
 
 def exists(location: Location) -> bool:
@@ -199,7 +200,7 @@ def exists(location: Location) -> bool:
     if file is not None and not file.exists():
         return False
     with explained(location, "read"):
-        lost = TABLES - set(inspect(_engine(url_of(location))).get_table_names())
+        lost = TABLES - set(inspect(_engine(location)).get_table_names())
     if lost and lost != TABLES:  # nbgrader would make it anew, without what it held
         raise GraderFailure(
             f"The gradebook {shown(location)} has lost its table {min(lost)}: {_anew(file)}"
@@ -239,7 +240,7 @@ def recorded(location: Location) -> dict[str, str]:
     """
     if not exists(location):
         return {}
-    with explained(location, "read"), _engine(url_of(location)).connect() as book:
+    with explained(location, "read"), _engine(location).connect() as book:
         if not inspect(book).has_table(RECORDED.name):
             return {}
         return {f"{student}/{name}": seen for student, name, seen in book.execute(_FIND_RECORDED)}
@@ -255,7 +256,7 @@ def rows(location: Location, statement: str, **values: object) -> list[tuple[Any
     """
     if not exists(location):
         return []
-    with explained(location, "read"), _engine(url_of(location)).connect() as book:
+    with explained(location, "read"), _engine(location).connect() as book:
         return [tuple(row) for row in book.execute(text(statement), values)]
 
 
@@ -265,10 +266,10 @@ def make(location: Location) -> None:
     Raises:
         GraderFailure: it cannot be written.
     """
-    url, file = url_of(location), file_of(location)
+    file = file_of(location)
     exists(location)
-    with explained(url):
-        engine = _engine(url)
+    with explained(location):
+        engine = _engine(location)
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)
         if inspect(engine).has_table(RECORDED.name):
@@ -306,8 +307,8 @@ def copy(location: Location, to: Path) -> None:
         return
     with (
         explained(location, "read"),
-        _engine(url_of(location)).connect() as book,
-        _engine(url_of(to)).begin() as copied,
+        _engine(location).connect() as book,
+        _engine(to).begin() as copied,
     ):
         book.execute(text(_SNAPSHOT[book.dialect.name]))
         for table in Base.metadata.sorted_tables:

@@ -1,7 +1,5 @@
 """nbgrader's gradebook: whatever else writes, nothing is lost, and what a person entered stays."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import warnings
@@ -24,7 +22,7 @@ from nbgrader.utils import compute_checksum
 from sqlalchemy import delete, insert, text
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
-from robust_slam_autograder.grading.results import Result, signature
+from robust_slam_autograder.grading.results import Result, by_grade_id, signature
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import database, marked_cells
 from robust_slam_autograder.nbgrader.database import Location
@@ -112,7 +110,7 @@ def opened(location: Location) -> Iterator[Gradebook]:
         warnings.simplefilter("ignore", SAWarning)  # nbgrader's own
         _LOG.disabled = True
         try:
-            with Gradebook(database.url_of(location)) as gradebook:
+            with Gradebook(database.patient(location)) as gradebook:
                 yield gradebook
         except InvalidEntry as error:  # an error of the database's that nbgrader has renamed
             raise SQLAlchemyError(*error.args) from None
@@ -249,14 +247,10 @@ def _scores(
     assignment: Assignment, result: Result, unanswered: Collection[str]
 ) -> Mapping[str, float | None]:
     """Return what is earned by grade id; None where a person must say."""
-    earned = {
-        (exercise.name, case.name): case.earned
-        for exercise in result.exercises
-        for case in exercise.cases
-    }
-    scores: dict[str, float | None] = {
-        case.grade_id: earned.get((case.exercise, case.name), 0) for case in assignment.cases
-    }
+    scores: dict[str, float | None] = dict.fromkeys(
+        (case.grade_id for case in assignment.cases), 0
+    )
+    scores |= {name: case.earned for name, case in by_grade_id(result, assignment).items()}
     for cell in filter(submission.by_hand, assignment.marked):
         name = cell.grade_id or ""
         lost = result.status == "refused" or name in unanswered

@@ -5,8 +5,6 @@ an output that says how it went. Nothing in it was run in a kernel, and no outpu
 of the submission's is taken over.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 
@@ -14,7 +12,7 @@ from nbformat.notebooknode import NotebookNode
 from nbformat.v4 import new_notebook, new_output
 
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.grading.results import CaseResult, Result, tidy
+from robust_slam_autograder.grading.results import CaseResult, Result, by_grade_id, tidy
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.grading.verdicts import sign, verdict
 from robust_slam_autograder.markup import prose, visible
@@ -74,14 +72,9 @@ def _heading(result: Result) -> NotebookNode:
 
 def _outcomes(assignment: Assignment, result: Result) -> Mapping[str, str]:
     """Return by grade id how each case went, in words for the student."""
-    found = {
-        (exercise.name, case.name): case
-        for exercise in result.exercises
-        for case in exercise.cases
-    }
+    found = by_grade_id(result, assignment)
     return {
-        case.grade_id: _outcome(found.get((case.exercise, case.name)), case.points)
-        for case in assignment.cases
+        case.grade_id: _outcome(found.get(case.grade_id), case.points) for case in assignment.cases
     }
 
 

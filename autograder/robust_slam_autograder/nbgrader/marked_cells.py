@@ -4,8 +4,6 @@ nbgrader's own steps cut solutions, hidden tests and marking schemes: what is cu
 ``nbgrader generate_assignment`` cuts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from nbformat.notebooknode import NotebookNode
@@ -40,16 +38,10 @@ def plain(kind: str, source: str) -> NotebookNode:
 
 
 def _metadata(cell: Cell) -> dict[str, object]:
+    names = ("grade_id", "grade", "solution", "locked", "task")
     points = {"points": cell.points} if cell.grade or cell.task else {}
-    return {
-        "grade_id": cell.grade_id,
-        "grade": cell.grade,
-        "solution": cell.solution,
-        "locked": cell.locked,
-        "task": cell.task,
-        "schema_version": SCHEMA_VERSION,
-        **points,
-    }
+    fields = {name: getattr(cell, name) for name in names}
+    return {**fields, "schema_version": SCHEMA_VERSION, **points}
 
 
 def kept(marked: Sequence[Cell]) -> Nodes:

@@ -6,8 +6,6 @@ are the extra credit of the exercise's first case, so that they stay beside what
 finds. The reason is a line of the comment on its solution, whose other lines are left alone.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections import defaultdict

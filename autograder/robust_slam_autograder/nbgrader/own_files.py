@@ -5,8 +5,6 @@ feedback. nbgrader follows them through links, waits for a pipe and stops at wor
 date, in formgrader's list of submissions too; and it has no setting for that.
 """
 
-from __future__ import annotations
-
 from datetime import datetime
 from logging import Logger
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Brings a gradebook, and what formgrader lists, up to date with the results of a batch."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -21,7 +19,7 @@ def record_new(
     journal: Journal,
     jobs: Sequence[Submission],
     marks: Sequence[Result],
-    wall: Sandbox,
+    sandbox: Sandbox,
 ) -> None:
     """Write into the gradebook what it does not have yet of these results.
 
@@ -47,14 +45,14 @@ def record_new(
         path.unlink(missing_ok=True)
     used = {job.assignment.name: job.assignment for job in jobs}
     gradebook.record(location, list(used.values()), list(due.values()), journal.graded)
-    _show(location, stale, journal, wall)
+    _show(location, stale, journal, sandbox)
 
 
 def _show(
     location: Location,
     graded: Mapping[Path, tuple[Submission, Result]],
     journal: Journal,
-    wall: Sandbox,
+    sandbox: Sandbox,
 ) -> None:
     """Write the notebooks of results that the gradebook has, and when they were handed in.
 
@@ -70,7 +68,7 @@ def _show(
         for job, _ in graded.values()
     }
     gradebook.stamp(location, times)
-    prints = submissions.Fingerprints(journal.seed, wall, journal.town)
+    prints = submissions.Fingerprints(journal.seed, sandbox, journal.town)
     for path, (job, result) in graded.items():
         now = prints.read(job)
         if now.fingerprint != journal.graded.get(job.key):

@@ -5,8 +5,6 @@ The parsers behind these filters take quadratic time on some texts. So a long ce
 plain text, and the time for a notebook grows no faster than its size.
 """
 
-from __future__ import annotations
-
 import re
 from html import escape
 

@@ -1,9 +1,6 @@
 """nbgrader's settings for a course: its folders, and this package in place of its own steps."""
 
-from __future__ import annotations
-
 import glob
-import os
 from pathlib import Path
 
 from nbgrader.coursedir import CourseDirectory
@@ -11,7 +8,6 @@ from traitlets.config import Config
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.nbgrader import database
-from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
 STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
 _STEPS = "robust_slam_autograder.nbgrader.steps"
@@ -27,8 +23,8 @@ def nbgrader_settings(root: str) -> Config:
     config.CourseDirectory.autograded_directory = str(layout.AUTOGRADED)
     config.CourseDirectory.feedback_directory = str(layout.FEEDBACK)
     graded = Path(root).resolve() / layout.GRADED
-    shared = os.environ.get(DATABASE_VARIABLE)
-    config.CourseDirectory.db_url = database.for_nbgrader(shared or graded / DATABASE_NAME)
+    url = database.chosen(graded)
+    config.CourseDirectory.db_url = url.render_as_string(hide_password=False)
     config.SafeExporter.results_directory = str(graded)
     config.ClearSolutions.code_stub = {"python": STUB}
     _put_executor(config)

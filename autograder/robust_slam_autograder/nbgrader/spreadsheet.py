@@ -5,8 +5,6 @@ the next column, and one that begins as a formula does is computed when the file
 opened (OWASP, *CSV injection*).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

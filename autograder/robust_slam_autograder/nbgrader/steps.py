@@ -5,8 +5,6 @@ in a kernel or in nbgrader's process, and nbgrader opens no notebook that was ha
 exporter gives it the one that shows the result.
 """
 
-from __future__ import annotations
-
 import glob
 import os
 from pathlib import Path
@@ -21,6 +19,7 @@ from traitlets import Bool, Enum, Unicode
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
 from robust_slam_autograder.grading import batch, exposed_folders, journal, submissions
+from robust_slam_autograder.grading.batch import How
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
@@ -70,13 +69,12 @@ class SafeExporter(NotebookExporter):
         # nbgrader makes its exporter when it has listed the submissions and read none of them.
         course = self._course
         source = Path(course.format_path(course.source_directory, ".", course.assignment_id))
-        self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
-        self._tests = assignments.notebook_path(source)
-        self._assignment = assignments.load(self._tests)
+        self._sandbox = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
+        self._assignment = assignments.load(assignments.notebook_path(source))
         folders = [source, Path(course.root) / course.submitted_directory, self._results]
         labels = Path(course.root) / layout.MISCONCEPTIONS
         folders += [labels] if labels.is_dir() else []
-        exposed_folders.refuse_unsafe([self._assignment], folders, self._wall)
+        exposed_folders.refuse_unsafe([self._assignment], folders, self._sandbox)
         with batch.locked(self._results):
             gradebook.declare(course.db_url, self._assignment)
         self._converter.assignments = self._submissions()
@@ -108,7 +106,7 @@ class SafeExporter(NotebookExporter):
         if Path(filename).parent == self._folder(self._course.autograded_directory, student):
             return super().from_filename(filename, resources, **options)
         folder = self._folder(self._course.submitted_directory, student)
-        job = Submission(student, self._assignment, self._tests, folder)
+        job = Submission(student, self._assignment, folder)
         job = submissions.read(job)  # all that follows is of the same bytes
         try:
             made = self._grade(job)
@@ -130,15 +128,7 @@ class SafeExporter(NotebookExporter):
         """
         with batch.locked(self._results):
             run = journal.open_journal(self._results, None)
-            (graded,) = batch.grade(
-                [job],
-                out=self._results,
-                run=run,
-                wall=self._wall,
-                workers=1,
-                report=lambda done: None,
-                naming=self._naming,
-            )
+            (graded,) = batch.grade([job], run, How(self._sandbox, self._naming))
             result = graded.load()
             if result.status == "failed":
                 raise GraderFailure(result.reason)

@@ -1,7 +1,5 @@
 """Each student's total in an assignment: in a gradebook, and with new results."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -10,8 +10,6 @@ bounded, and a sender refuses what its reader would. The bytes of arrays count a
 they will be when every number is widened, before any is.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

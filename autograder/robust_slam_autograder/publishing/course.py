@@ -5,8 +5,6 @@ the public repository stands in Jupyter Book's ``_config.yml`` beside the tree, 
 the book's launch buttons find it too.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Which of a course's files git tracks, and which of these the public may have."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """An assignment as a student gets it: one archive, with what to do in a README."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path

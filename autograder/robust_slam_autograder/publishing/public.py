@@ -5,8 +5,6 @@ stands beside them. The copy is looked at before it is put in its place: no tell
 a solution or a hidden test, and no module that imports one which stays private.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import os

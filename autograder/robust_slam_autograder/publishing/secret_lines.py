@@ -1,7 +1,5 @@
 """Lines that only the instructor has, and files that hold one."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

@@ -1,7 +1,5 @@
 """Folders that are whole or not there: made beside their place, and renamed into it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Makes the student release with nbgrader, and looks at it before anyone gets it."""
 
-from __future__ import annotations
-
 import json
 import logging
 import tempfile
@@ -130,7 +128,7 @@ def _names_alone(answer: str, assignment: Assignment) -> str:
 
 def _label(source: Path, made: Path, misconceptions: Path) -> None:
     """Let the student's own check name what a wrong answer to a visible case looks like."""
-    found = tables.read_made(misconceptions, source.parent.name, source)
+    found = tables.read_made(misconceptions, source)
     if found is not None:
         tables.write(made / tables.FILE, found.exercises)
 

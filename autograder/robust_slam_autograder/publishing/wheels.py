@@ -4,8 +4,6 @@ A wheel's version names its content: ``0.2.0+d3f2a1c90b7``. So pip, which keeps 
 same version, replaces a package when a later release has changed it, and only then.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import os

@@ -4,8 +4,6 @@ An assignment is a folder of an nbgrader source tree, ``<tree>/<name>/<name>.ipy
 with an optional ``autograder.toml`` beside the notebook.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 from collections import Counter
@@ -15,7 +13,6 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defined_names, imported_modules, imports
 from robust_slam_autograder.reading.table import Kinds, read_table
@@ -27,6 +24,22 @@ TOWN = "TOWN"
 """In test cells, the number from which a student's own data are drawn."""
 MAX_NAME = 128
 """Characters of a name in nbgrader's gradebook; PostgreSQL takes no more."""
+DEFAULT_PACKAGES = ("numpy", "scipy", "matplotlib")
+"""Packages that student code may import beside the standard library, where none are named."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """CPU seconds of the student's code and the tests together; see ``executor.budget``."""
+
+    call_seconds: float = 10.0
+    """One call of a student's function."""
+    cell_seconds: float = 20.0
+    """One cell, the student's or a test."""
+    notebook_seconds: float = 120.0
+    """All of one submission's passes together."""
+
+
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
 _KINDS: Kinds = {
     "title": str,
@@ -130,8 +143,8 @@ class Assignment:
 
     name: str
     """As nbgrader has it: the folder's."""
-    notebook: str
-    """The notebook's name without its ending."""
+    path: Path
+    """The instructor's notebook."""
     setup: tuple[Piece, ...]
     """The instructor's cells that are no solution and no test; they run on both sides."""
     imports: tuple[str, ...]
@@ -145,6 +158,11 @@ class Assignment:
     """What students have of the instructor's code cells, stripped, to tell their own from it."""
     marked: tuple[Cell, ...]
     """All the instructor's cells that have a grade id, for nbgrader's gradebook and formgrader."""
+
+    @property
+    def notebook(self) -> str:
+        """Return the notebook's name without its ending."""
+        return self.path.stem
 
     @property
     def exercises(self) -> tuple[str, ...]:
@@ -231,8 +249,7 @@ def load(path: Path) -> Assignment:
     except Refused as error:
         raise WrongUse(str(error)) from error
     config = load_config(beside := path.parent / CONFIG_NAME)
-    name = path.resolve().parent.name
-    assignment = from_cells(cells, name=name, notebook=path.stem, config=config)
+    assignment = from_cells(cells, path, config)
     known = assignment.exercises
     for table, names in (("sections", config.sections), ("hints", config.hints)):
         for exercise in (one for one in names if one not in known):
@@ -243,18 +260,24 @@ def load(path: Path) -> Assignment:
     return assignment
 
 
-def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Config) -> Assignment:
-    """Sort a notebook's code cells into set-up, solutions and cases.
+def of(tree: Path, name: str) -> Assignment:
+    """Read an assignment of a source tree; see ``load``."""
+    return load(notebook_path(tree / name))
+
+
+def from_cells(cells: Sequence[Cell], path: Path, config: Config) -> Assignment:
+    """Sort the code cells of the notebook there into set-up, solutions and cases.
 
     Raises:
         WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
     """
+    name = path.resolve().parent.name
     code = [cell for cell in cells if cell.kind == "code"]
     marked = tuple(cell for cell in cells if cell.grade_id is not None)
     if any(cell.grade_id is None and (cell.grade or cell.solution) for cell in cells):
         raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
     ids = Counter(cell.grade_id or "" for cell in marked)
-    for one in [name, notebook, *ids]:
+    for one in [name, path.stem, *ids]:
         if len(one) > MAX_NAME:
             raise WrongUse(f"{one} is a name of more than {MAX_NAME} characters: shorten it.")
         if ids[one] > 1:
@@ -272,7 +295,7 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
     given = ["", *(cell.source for cell in plain), *(case.visible for case in cases)]
     return Assignment(
         name=name,
-        notebook=notebook,
+        path=path,
         # Locked cells run whole; of cells without nbgrader's marks the definitions alone.
         setup=tuple(
             Piece(f"set-up {number}", cell.source, own=not cell.locked)
@@ -356,5 +379,5 @@ def released(folder: Path) -> Assignment | None:
     config = load_config(folder / CONFIG_NAME)
     if not config.cells:
         return None
-    cells, name = notebook.parse(config.cells.encode(), CONFIG_NAME), folder.resolve().name
-    return from_cells(cells, name=name, notebook=name, config=config)
+    cells = notebook.parse(config.cells.encode(), CONFIG_NAME)
+    return from_cells(cells, folder / f"{folder.resolve().name}.ipynb", config)

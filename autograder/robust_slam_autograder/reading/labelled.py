@@ -1,24 +1,9 @@
 """Reads right and wrong answers to an exercise, to try its tests on.
 
-They are in ``<assignment>/<exercise>.toml``, one table for each answer, and its name begins with
-``right_`` or ``wrong_``. A right one tells its ``idea``; a wrong one tells the ``misconception``
-behind it, and names one case that it fails: ``caught_by`` where only hidden checks notice,
-``stopped_by`` where a visible check does. The text of the cell that a student hands in is its
-``code``. An answer that differs in a few places from one above it is written ``from`` that one,
-with ``changes``, pairs of an old text and a new one::
-
-    [wrong_knee]
-    misconception = "Puts the upper knee at u itself."
-    stopped_by = "start_mu-by-hand"
-    from = "right_formula"
-    changes = [["2 * u**2", "u**2"]]
-
-The changes are made in their order, and each old text must occur exactly once. A text of several
-lines is indented like the line in which it begins; in the file it may be indented as one likes,
-with line breaks around it.
+They are in ``<assignment>/<exercise>.toml``, as the grader's README says under *Lint*. Changes are
+made in their order. A text of several lines is indented like the line in which it begins; in the
+file it may be indented as one likes, with line breaks around it.
 """
-
-from __future__ import annotations
 
 import re
 import textwrap

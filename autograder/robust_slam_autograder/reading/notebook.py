@@ -4,8 +4,6 @@ A submission is hostile until shown otherwise. Only a regular file is opened,
 links are not followed, and nothing in the file is trusted beyond its text.
 """
 
-from __future__ import annotations
-
 import codecs
 import errno
 import json

@@ -4,7 +4,7 @@ The instructor's cells are read by the grader; the student's only behind the wal
 because reading hostile text takes time and memory too.
 """
 
-from __future__ import annotations
+import __future__
 
 import ast
 import contextlib
@@ -168,13 +168,9 @@ def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
     imported = {node for node in statements if isinstance(node, ast.Import | ast.ImportFrom)}
     kept = (kept - imported) | {node for node in statements if _defined_by(node)} - imported
     words = used | {part.id for n in kept for part in ast.walk(n) if isinstance(part, ast.Name)}
-    return kept | {node for node in imported if _is_needed(node, words)}
-
-
-def _is_needed(node: ast.Import | ast.ImportFrom, words: set[str]) -> bool:
-    """Whether an import binds one of these names, or more than can be seen."""
-    is_future = isinstance(node, ast.ImportFrom) and node.module == "__future__"
-    return is_future or not {*words, "*"}.isdisjoint(_bound_by(node))
+    # It may bind more than can be seen, or say how the rest is read.
+    known = {*words, "*", *__future__.all_feature_names}
+    return kept | {node for node in imported if not known.isdisjoint(_bound_by(node))}
 
 
 def _defined_by(node: ast.stmt) -> list[str]:

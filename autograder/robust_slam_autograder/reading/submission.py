@@ -5,8 +5,6 @@ types of cells, deleted test cells and extra files do not matter. The same is re
 for a student's own check. Nothing of a student's text is run or parsed here.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

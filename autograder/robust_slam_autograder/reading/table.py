@@ -1,7 +1,5 @@
 """Settings that a person wrote as TOML: read whole, with keys and types that are known."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path

@@ -3,8 +3,6 @@
 It is in the student's folder, so it is read as strictly as a notebook.
 """
 
-from __future__ import annotations
-
 import os
 from datetime import UTC, datetime
 from pathlib import Path

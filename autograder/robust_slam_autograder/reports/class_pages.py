@@ -1,7 +1,5 @@
 """Reports for the instructor as HTML: pages for assignments and students, and all side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from robust_slam_autograder.reports import documents

@@ -4,8 +4,6 @@ Results hold no hidden code and no hidden input. Without names, a report holds n
 student's name nor text that may hold one: reasons, and students' own words.
 """
 
-from __future__ import annotations
-
 import itertools
 import statistics
 from collections import Counter

@@ -1,7 +1,5 @@
 """Hints, each behind a click that tells how much it says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 

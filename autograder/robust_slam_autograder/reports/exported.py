@@ -1,12 +1,10 @@
 """What an export did, for a terminal: who is where, and what lateness cost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from datetime import UTC, timedelta, tzinfo
+from datetime import UTC, timedelta
 
 from robust_slam_autograder.lms.late import Rules
-from robust_slam_autograder.lms.marks import Column, Mark
+from robust_slam_autograder.lms.marks import Column
 from robust_slam_autograder.lms.roster import Matching
 from robust_slam_autograder.markup import log_line, one_line
 from robust_slam_autograder.reports.terminal import aligned
@@ -21,17 +19,14 @@ def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
     rows = [("student", "assignment", "handed in", "says", "late", "before", "after")]
     for column in columns:
         for student, mark in sorted(column.marks.items()):
-            points = str(mark.before), str(mark.after)
-            rows.append((one_line(student), column.name, *_times(mark, zone), *points))
+            at = source = ""
+            if mark.handed_in is not None:
+                at = mark.handed_in.at.astimezone(zone).strftime("%Y-%m-%d %H:%M:%S %z")
+                source = one_line(mark.handed_in.source)
+            told = at, source, span(mark.late), str(mark.before), str(mark.after)
+            rows.append((one_line(student), column.name, *told))
     said = "nbgrader's own late policy" if rules is None else f"{rules.path}: {rules.policy}"
     return "\n".join([*aligned(rows), f"Late work: {said}. Times are in {zone}."])
-
-
-def _times(mark: Mark, zone: tzinfo) -> tuple[str, str, str]:
-    if mark.handed_in is None:
-        return "", "", ""
-    at = mark.handed_in.at.astimezone(zone).strftime("%Y-%m-%d %H:%M:%S %z")
-    return at, one_line(mark.handed_in.source), span(mark.late)
 
 
 def span(late: timedelta) -> str:

@@ -4,8 +4,6 @@ Results hold no hidden code and no hidden input, and a page takes over neither
 seconds nor the sandbox. All text that somebody chose is made fit to be read here.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata

@@ -3,8 +3,6 @@
 Without names students are numbered in the order of their points, and have no pages.
 """
 
-from __future__ import annotations
-
 import os
 import statistics
 from collections.abc import Sequence

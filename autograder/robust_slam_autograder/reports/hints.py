@@ -3,8 +3,6 @@
 Messages that hold a student's own words are grouped by what they have without these.
 """
 
-from __future__ import annotations
-
 import builtins
 import functools
 import unicodedata

@@ -1,7 +1,5 @@
 """What a class's wrong answers look like: one label and who has it, or no label and one answer."""
 
-from __future__ import annotations
-
 import statistics
 from collections import defaultdict
 from collections.abc import Callable, Sequence

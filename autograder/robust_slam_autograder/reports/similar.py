@@ -6,8 +6,6 @@ letters that two texts have in common (Schleimer, Wilkerson, Aiken: Winnowing, S
 with a window of 1 no run is left out, so that the same class gives the same pairs each time.
 """
 
-from __future__ import annotations
-
 import io
 import itertools
 from collections.abc import Iterator, Mapping

@@ -4,8 +4,6 @@ No seed, no time and no message of a check is in it: without names it may be pub
 A student's own check, as Markdown, has the messages: they are the student's.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Results as text for a terminal: ✓, ◐ and ✗, always with a word."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result

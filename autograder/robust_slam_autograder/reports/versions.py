@@ -1,7 +1,5 @@
 """Results of one assignment that were made by different tests are not to be mixed."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 A back end starts ``untrusted.py`` with pipes for its standard input and output.
 """
 
-from __future__ import annotations
-
 import sys
 
 from robust_slam_autograder.errors import WrongUse

@@ -6,8 +6,6 @@ Linux moves a file's access time at most once a day, or once after each change o
 On a disk that is mounted with ``strictatime`` it moves with each reading.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import stat

@@ -5,8 +5,6 @@ in the grader's own group or in one around it, where this user may make one: as 
 systemd has delegated groups to the user. Elsewhere there is none, and ``watch`` alone counts.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import secrets

@@ -5,8 +5,6 @@ files come and go: how long an answer takes says what another run has asked. A t
 names, and all its pages. The copy is in a mount namespace of the servers, and ends with them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import stat

@@ -6,8 +6,6 @@ right to gain one, and is held by Landlock, by a filter of system calls and by l
 where the kernel grants namespaces it also gets those and a private root.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import fcntl
@@ -28,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import fork_server, landlock, seccomp, terms, view
 from robust_slam_autograder.sandbox.keeper import Server
 from robust_slam_autograder.sandbox.process import Piped

@@ -5,8 +5,6 @@ reach of student code; its connection to the trusted side is the lifeline: when 
 closes, for whatever reason, all that the untrusted process started is killed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

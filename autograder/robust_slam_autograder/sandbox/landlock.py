@@ -6,8 +6,6 @@ kinds, modes and owners of files) the system-call filter has to refuse. Numbers 
 those of include/uapi/linux/landlock.h.
 """
 
-from __future__ import annotations
-
 import os
 import struct
 from collections.abc import Iterable

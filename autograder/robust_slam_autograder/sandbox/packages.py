@@ -4,8 +4,6 @@ Read from what pip, conda or Debian recorded about each distribution. Extras are
 that a package which a library uses only if it is there is not there.
 """
 
-from __future__ import annotations
-
 import csv
 import importlib.metadata
 import importlib.util

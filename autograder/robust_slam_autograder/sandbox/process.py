@@ -3,8 +3,6 @@
 Here is also the back end that starts one without any wall.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

@@ -1,7 +1,5 @@
 """A private root for one untrusted process: read-only files, and a small /tmp of its own."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from functools import cache

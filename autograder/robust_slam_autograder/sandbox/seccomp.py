@@ -15,8 +15,6 @@ sandbox and the grader share, and many small ones take the kernel's memory; refu
 stop SQLite. Each sandbox has its scratch folder to itself.
 """
 
-from __future__ import annotations
-
 import errno
 import platform
 import struct

@@ -1,7 +1,5 @@
 """System calls that Python has no function for, each with an OSError that names it."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import platform

@@ -1,7 +1,5 @@
 """What every back end starts an untrusted process with: limits, environment, import path."""
 
-from __future__ import annotations
-
 import os
 import sys
 from dataclasses import dataclass
@@ -10,7 +8,7 @@ from typing import Any, Protocol
 
 import robust_slam_autograder
 from robust_slam_autograder.protocol.channel import Check, Conversation
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 
 SCRATCH_BYTES = 64 * 1024 * 1024

@@ -1,7 +1,5 @@
 """What student code finds on its disk: the interpreter, the allowed packages, nothing else."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

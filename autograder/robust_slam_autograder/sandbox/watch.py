@@ -3,8 +3,6 @@
 Limits of the kernel hold for one process at a time; these hold for all of them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Iterable

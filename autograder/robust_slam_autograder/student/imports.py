@@ -4,8 +4,6 @@ This tells students early and clearly what an assignment allows. It is no wall: 
 shares the process and may take it away. Behind the wall other packages are not on the disk.
 """
 
-from __future__ import annotations
-
 import builtins
 import importlib.abc
 import importlib.util

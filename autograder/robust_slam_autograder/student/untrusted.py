@@ -5,8 +5,6 @@ anything: student code shares this process and may rewrite all of it. What it
 can reach is the sandbox's business, what it says is checked on the other side.
 """
 
-from __future__ import annotations
-
 import ast
 import builtins
 import contextlib

@@ -206,7 +206,7 @@ def test_the_archives_secret_is_the_batchs(tmp_path, monkeypatch):
     monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"none": Unsandboxed()})
     with mock.patch.object(batch, "grade", side_effect=batch.grade) as graded:
         assert gradescope.main(tmp_path) == 0
-    assert graded.call_args.kwargs["run"].seed == 7
+    assert graded.call_args.args[1].seed == 7
 
 
 def test_where_no_sandbox_works_there_is_no_mark(tmp_path, monkeypatch, capsys):

@@ -158,7 +158,7 @@ def test_two_paths_of_one_submission_cost_no_other_student_a_mark(course):
 def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path):
     path = tmp_path / ("x" * 300) / toy.NAME
     assert read([path]) == ({}, [path])
-    job = Submission("eve", toy.assignment(), tmp_path, path)
+    job = Submission("eve", toy.assignment(), path)
     with pytest.raises(Refused, match="cannot be read"):
         submissions.locate(job)
 

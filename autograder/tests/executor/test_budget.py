@@ -8,7 +8,7 @@ from robust_slam_autograder.executor import budget
 from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter, soonest
 from robust_slam_autograder.executor.session import SessionFault
 from robust_slam_autograder.reading import assignment
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Limits
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from .. import kernel

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robust_slam_autograder.grading import batch, journal
-from robust_slam_autograder.grading.batch import Graded, Graders, Naming, nameless
+from robust_slam_autograder.grading.batch import Graded, Graders, How
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
@@ -39,10 +40,9 @@ def leave(course: Path, *students: str) -> None:
 
 
 def jobs(course: Path) -> list[Submission]:
-    tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    loaded = assignments.load(tests)
+    loaded = assignments.of(course / "solutions", toy.NAME)
     folders = sorted((course / "submitted").iterdir())
-    return [Submission(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
+    return [Submission(folder.name, loaded, folder / toy.NAME) for folder in folders]
 
 
 def grade(
@@ -54,19 +54,12 @@ def grade(
     wall: Sandbox | None = None,
     given: list[Submission] | None = None,
     graders: Graders = batch.processes,
-    naming: Naming = nameless,
+    naming: Callable[[Submission, Result], Result] = lambda job, result: result,
 ) -> list[Graded]:
     """Grade a course, by default two submissions at a time on this machine."""
-    return batch.grade(
-        jobs(course) if given is None else given,
-        out=course / out,
-        run=journal.open_journal(course / out, seed),
-        wall=wall or kernel.quickest(),
-        workers=workers,
-        report=report,
-        graders=graders,
-        naming=naming,
-    )
+    handed_in = jobs(course) if given is None else given
+    how = How(wall or kernel.quickest(), naming, graders, workers)
+    return batch.grade(handed_in, journal.open_journal(course / out, seed), how, report)
 
 
 def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]:

@@ -265,7 +265,7 @@ def test_a_course_below_a_link_is_graded(course):
     (course / "elsewhere").symlink_to("submitted")
     job = jobs(course)[0]
     path = course / "elsewhere" / "ada" / toy.NAME
-    assert submissions.locate(Submission("ada", job.assignment, job.tests, path))[0].is_file()
+    assert submissions.locate(Submission("ada", job.assignment, path))[0].is_file()
 
 
 def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course):

@@ -109,7 +109,7 @@ def grade(course: Path, workers: Cluster, **options: Any) -> list[Graded]:
 def graded_here(job: Submission) -> Outcome:
     """What the visible pass comes to in this process, for a submission as it lies on the disk."""
     task = submissions.Fingerprints(1, Unsandboxed()).read(job)
-    return batch.run_pass(task, seed=1, wall=Unsandboxed())
+    return batch.run_pass(task, seed=1, sandbox=Unsandboxed())
 
 
 def lines(out: Path) -> Counter[str]:
@@ -248,7 +248,7 @@ class TestWhatAWorkerMayDo:
         def answer(worker: str, code: str, wall: str, parcel: bytes) -> str:
             sent.append(pickle.loads(parcel)[0])
             path.write_text(path.read_text() + " ")
-            passed = batch.run_pass(sent[-1], seed=1, wall=Unsandboxed())
+            passed = batch.run_pass(sent[-1], seed=1, sandbox=Unsandboxed())
             return passed.as_text()
 
         fake.answer = answer

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.grading import messages, results
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.reading.assignment import Assignment, Config
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 
 from .. import toy
 

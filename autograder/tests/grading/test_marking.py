@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder.executor import seeds
-from robust_slam_autograder.grading import messages, passes
+from robust_slam_autograder.grading import messages
+from robust_slam_autograder.grading.passes import Pass
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
-from robust_slam_autograder.reading.assignment import Assignment, Config
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from .. import toy
@@ -179,7 +179,7 @@ def test_what_a_busy_machine_may_be_to_blame_for_is_doubtful(double, is_doubtful
     slow = [toy.cell("import time\nTWO = time.sleep(9) or 2\n")] if "TWO" in double else []
     value = toy.answer(double, toy.APPLY, *slow)
     code = toy.submission(value, tests)
-    assert passes.look("a", tests, code, sandbox=Unsandboxed()).doubtful == is_doubtful
+    assert Pass("a", tests, code, Unsandboxed()).look().doubtful == is_doubtful
 
 
 CALLER = "def apply(f, x, times):\n    return double(f(x)), [{}]\n"

@@ -10,12 +10,10 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
-from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Config, Limits
 
 from .. import toy
-from ..reports.samples import HUNG, PARTLY, case, exercise, refused, result
+from ..reports.samples import HUNG, PARTLY, case, exercise, result
 
 BEFORE = json.loads(Path(__file__).with_name("first_schema.json").read_text("utf-8"))
 """Results as the grader of commit 8c0c81c wrote them."""
@@ -94,11 +92,6 @@ def test_a_file_that_is_no_result_of_its_place_is_named(spoil, tmp_path):
     path.write_text(spoil(text), encoding="utf-8")
     with pytest.raises(WrongUse, match=r"07-toy\.json is no result file \(.*\): delete it"):
         results.read_checked(path)
-
-
-def test_a_refusal_is_a_result(tmp_path):
-    for odd in (refused("No."), Result("b", "a", 0, 1, "failed", "No.", "none", 0.0, ())):
-        assert results.read(results.write(tmp_path, odd)) == odd
 
 
 def test_a_result_that_cannot_be_opened_is_named(tmp_path):

@@ -20,8 +20,7 @@ from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.misconceptions import survey, tables
 from robust_slam_autograder.misconceptions.tables import Known
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import CONFIG_NAME, DEFAULT_PACKAGES, load_config
 
 from .. import toy
 from ..as_user import ROOT
@@ -122,9 +121,9 @@ def _label(course: Course) -> None:
     """Find out how answers can be wrong: labels must tell nothing of hidden inputs either."""
     tests = course.root / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
     assignment = assignments.load(tests)
-    found = {name: survey.survey(tests, assignment, name, []) for name in assignment.exercises}
+    found = {name: survey.survey(assignment, name, []) for name in assignment.exercises}
     folder = course.root / layout.MISCONCEPTIONS
-    tables.write_made(folder, toy.NAME, Known(tables.digest(tests), "", found))
+    tables.write_made(folder, tests, Known(tables.digest(tests), "", found))
 
 
 def _make(root: Path, tree: Path, name: str, limits: str) -> Course:

@@ -203,12 +203,6 @@ def test_nobody_has_a_zero_whose_notebook_collect_may_have_left_out(course, expo
     assert column(course) == ["15", "4", "0"]
 
 
-def test_a_column_that_canvas_would_pass_over_is_named(course, export):
-    named = ("--column", "07-toy=Final Grade of toys (881)")
-    status, _, err = export("canvas", CANVAS.replace("The toy", "Final Grade of toys"), *named)
-    assert status == 2 and "Canvas passes over every column like 'Final Grade of toys" in err
-
-
 def test_what_a_person_gave_counts_and_what_waits_is_told(course, export):
     with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
         row = book.find_grade("apply-twice", toy.NAME, toy.NAME, "ada")
@@ -297,55 +291,47 @@ class TestLate:
         assert column(course) == ["", "4", "0"]
 
 
-@pytest.mark.parametrize(
-    ("system", "old", "new", "words"),
-    [
-        ("canvas", "Student,", "Name,", "roster.csv:1: this is no gradebook of Canvas"),
-        ("canvas", "SIS Login ID", "Login", "roster.csv:1: there is no column 'SIS Login ID'"),
-        ("canvas", ",gone,", ",ada,", "roster.csv:6: 'ada' stands in line 4 already"),
-        ("canvas", "Possible,,,,,,20", "Possible,,,,,,100", "roster.csv:3: Canvas has 07-toy out"),
-        ("canvas", "Possible,,,,,,20", 'Possible,,,,,,"1,020.0"', "07-toy out of 1,020.0, its"),
-        ("canvas", "Notes", "The toy (882)", "'The toy (882)' and 'The toy (881)' may both be"),
-        ("canvas", ",13,s3,gone", ",,s3,=gone", "roster.csv:6: SIS Login ID '=gone' begins as"),
-        ("moodle", ",gone,", ",-gone,", "roster.csv:4: Email address '-gone' begins as a formula"),
-        ("moodle", "ID number", "Email address", "roster.csv:1: two columns are named"),
-    ],
-)
-def test_a_doubtful_roster_is_refused_and_nothing_written(course, export, system, old, new, words):
-    roster = CANVAS if system == "canvas" else MOODLE
-    assert old in roster
-    status, out, err = export(system, roster.replace(old, new))
-    assert status == 2 and words in err and out == ""
-    assert not (course / "marks.csv").exists()
+COLUMN = "--column"
+MATCH = ("--match", "SIS User ID")
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("change", "arguments", "words"),
     [
-        (["--match", "SIS User ID"], "no one in its column 'SIS User ID' has a mark"),
-        (["08-none"], "has no assignment 08-none; it has 07-toy"),
-        (["--column", "08=Final Score"], "--column 08=…: there is no mark of 08"),
-        (["--column", "07-toy=Nothing"], "there is no column 'Nothing' for --column"),
-        (["--column", "07-toy"], "an assignment and its column"),
-        (["--late", "none.toml"], "none.toml cannot be read"),
-        (["--late", "late.toml", "--submitted", "none"], "--submitted DIR"),
-        (["--out", "nowhere"], "There is no gradebook nowhere/gradebook.db: grade first"),
-        (["--to", "nowhere/marks.csv"], "There is no folder nowhere for --to"),
-        (["--to", "roster.csv"], "is the roster itself"),
+        (("Student,", "Name,"), [], "roster.csv:1: this is no gradebook of Canvas"),
+        (("SIS Login ID", "Login"), [], "roster.csv:1: there is no column 'SIS Login ID'"),
+        ((",gone,", ",ada,"), [], "roster.csv:6: 'ada' stands in line 4 already"),
+        (("le,,,,,,20", "le,,,,,,100"), [], "roster.csv:3: Canvas has 07-toy out"),
+        (("le,,,,,,20", 'le,,,,,,"1,020.0"'), [], "07-toy out of 1,020.0, its"),
+        (("Notes", "The toy (882)"), [], "'The toy (882)' and 'The toy (881)' may both be"),
+        ((",13,s3,gone", ",,s3,=gone"), [], "roster.csv:6: SIS Login ID '=gone' begins as"),
+        ((",s1,", ',"=""00Ada""",'), MATCH, 'capitals differ: ada as ="00Ada"'),
+        (("The toy", "Final Grade"), [COLUMN, "07-toy=Final Grade (881)"], "Canvas passes over"),
+        ((",gone,", ",-gone,"), None, "roster.csv:4: Email address '-gone' begins as a formula"),
+        (("ID number", "Email address"), None, "roster.csv:1: two columns are named"),
+        ((), MATCH, "no one in its column 'SIS User ID' has a mark"),
+        ((), ["08-none"], "has no assignment 08-none; it has 07-toy"),
+        ((), [COLUMN, "08=Final Score"], "--column 08=…: there is no mark of 08"),
+        ((), [COLUMN, "07-toy=Nothing"], "there is no column 'Nothing' for --column"),
+        ((), [COLUMN, "07-toy"], "an assignment and its column"),
+        ((), ["--late", "none.toml"], "none.toml cannot be read"),
+        ((), ["--late", "late.toml", "--submitted", "none"], "--submitted DIR"),
+        ((), ["--out", "nowhere"], "There is no gradebook nowhere/gradebook.db: grade first"),
+        ((), ["--to", "nowhere/marks.csv"], "There is no folder nowhere for --to"),
+        ((), ["--to", "roster.csv"], "is the roster itself"),
+        ((), ["--roster", "none.csv"], "none.csv cannot be read"),
     ],
 )
-def test_wrong_use_writes_nothing(course, export, arguments, words):
+def test_a_doubtful_roster_and_wrong_use_write_nothing(course, export, change, arguments, words):
+    """Without arguments, not even none, the roster is Moodle's."""
     (course / "late.toml").write_text(POLICY)
-    status, out, err = export("canvas", CANVAS, *arguments)
+    system, roster = ("moodle", MOODLE) if arguments is None else ("canvas", CANVAS)
+    given = roster.replace(*change) if change else roster
+    assert (given != roster) == bool(change)
+    status, out, err = export(system, given, *(arguments or ()))
     assert status == 2 and words in err and out == ""
     assert not (course / "marks.csv").exists()
-    assert (course / "roster.csv").read_text(encoding="utf-8") == CANVAS
-
-
-def test_where_a_spreadsheet_has_spoilt_all_names_the_message_says_so(export):
-    spoilt = CANVAS.replace(",s1,", ',"=""00Ada""",')
-    status, _, err = export("canvas", spoilt, "--match", "SIS User ID")
-    assert status == 2 and 'capitals differ: ada as ="00Ada"' in err
+    assert (course / "roster.csv").read_text(encoding="utf-8") == given
 
 
 def test_a_gradebook_that_lags_behind_the_results_is_refused(course, export):

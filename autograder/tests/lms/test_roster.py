@@ -69,11 +69,6 @@ def test_what_is_no_table_is_named_with_its_line(tmp_path, text, line, words):
         roster.read(path)
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(WrongUse, match=r"none\.csv cannot be read"):
-        roster.read(tmp_path / "none.csv")
-
-
 def test_a_missing_column_is_told_with_those_that_there_are(tmp_path):
     read = roster.read(written(tmp_path, PLAIN))
     assert read.column(" Mail", "--match") == 1

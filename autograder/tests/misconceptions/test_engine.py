@@ -75,7 +75,7 @@ class Engine:
     def table(self, *answers: Answer) -> Table:
         if answers not in self.tables:
             test = assignments.load(self.path)
-            self.tables[answers] = survey.survey(self.path, test, "double", answers)
+            self.tables[answers] = survey.survey(test, "double", answers)
         return self.tables[answers]
 
     def says(self, source: str, *answers: Answer) -> str:
@@ -121,8 +121,9 @@ def test_a_batch_names_what_visible_cases_saw_and_keeps_it_through_the_hidden_pa
     engine, tmp_path
 ):
     tree = toy.make_tree(tmp_path, value=toy.source_notebook(double_random=SHOWN))
-    tests = tables.digest(tree / toy.NAME / f"{toy.NAME}.ipynb")
-    tables.write_made(tmp_path / "known", toy.NAME, Known(tests, "", {"double": engine.table()}))
+    tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
+    known = Known(tables.digest(tests), "", {"double": engine.table()})
+    tables.write_made(tmp_path / "known", tests, known)
     for student, source in (("ada", FOURFOLD), ("bob", toy.DOUBLE), ("cem", SIGNED)):
         toy.hand_in(tmp_path / "submitted", student, toy.answer(source))
     graded = course.grade(tmp_path, naming=tables.namer(tmp_path / "known"))
@@ -146,7 +147,7 @@ def test_right_values_name_no_slip(tmp_path):
     tests = assignments.load(path)
     twice = "def apply(f, x, times):\n    f(x)\n    return f(x), [x, x + 0.5]\n"
     answer = Answer("apply", "wrong_twice", twice, "Asks twice.", caught_by="apply-by-hand")
-    table = survey.survey(path, tests, "apply", [answer])
+    table = survey.survey(tests, "apply", [answer])
     exercise = toy.checked(toy.answer(apply=twice), tests).exercises[1]
     assert exercise.status == "partial" and tables.named(exercise, table).misconception == ""
 

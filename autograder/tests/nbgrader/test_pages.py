@@ -38,7 +38,7 @@ def graded(message: str) -> Result:
 def build(tests: Assignment, value: dict[str, Any], made: Result | None = None) -> dict[str, Any]:
     """The page's cells by grade id; the student's own under their texts."""
     data = json.dumps(value).encode()
-    handed = Submission("ada", tests, Path(), Path(), "ada.ipynb", data)
+    handed = Submission("ada", tests, Path(), "ada.ipynb", data)
     page = graded_notebook.build(handed, made or graded("Try it."))
     nbformat.validate(page)
     return {c.metadata.get("nbgrader", {}).get("grade_id") or c.source: c for c in page.cells}

@@ -58,6 +58,11 @@ def place(request, tmp_path):
     return request.getfixturevalue("shared")
 
 
+def address(place: Location) -> str:
+    """With its password, as nbgrader and the environment take it."""
+    return database.url_of(place).render_as_string(hide_password=False)
+
+
 def scores(place: Location) -> dict[str, float]:
     return {
         student: total.score for student, total in totals.read(place, toy.NAME).students.items()
@@ -163,7 +168,7 @@ class TestPostgresIsStrict:
         record_some(shared, ["ada"], FULL)
         versions = [server.run("SELECT version_num FROM alembic_version", shared.database or "")]
         # Its configuration file gives % a meaning of its own.
-        dbutil.upgrade(database.for_nbgrader(shared).replace("%", "%%"))
+        dbutil.upgrade(address(shared).replace("%", "%%"))
         versions += [server.run("SELECT version_num FROM alembic_version", shared.database or "")]
         assert versions[0] == versions[1] and len(versions[0]) == 1
         assert scores(shared) == {"ada": 20}
@@ -189,7 +194,7 @@ class TestCommands:
         own = course / "out" / "gradebook.db"
         grade(run, course)
         before = own.read_bytes()
-        monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
+        monkeypatch.setenv(DATABASE_VARIABLE, address(shared))
         said = grade(run, course)
         assert "2 of them unchanged and reused" in said and PASSWORD not in said
         assert f"Gradebook: postgresql://grader:***@/{shared.database}" in said
@@ -206,7 +211,7 @@ class TestCommands:
         assert own.read_bytes() == before
 
     def test_regrade_looks_at_a_copy_and_export_reads_all(self, course, run, shared, monkeypatch):
-        monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
+        monkeypatch.setenv(DATABASE_VARIABLE, address(shared))
         record_some(shared, ["eve"], [4, 6, 0, 0])  # another grader's
         grade(run, course)
         changed = toy.source_notebook(double_by_hand="assert double(3) == 7\n")
@@ -230,11 +235,10 @@ class TestCommands:
         """``nbgrader autograde`` starts and grades in a sandbox."""
         made = course_of.make(tmp_path)
         course_of.hand_in(made, "ada", course_of.answer())
-        address = database.for_nbgrader(shared)
         done = course_of.nbgrader(
             made,
             *("autograde", toy.NAME, "--SafeExporter.unsandboxed=True"),
-            f"--CourseDirectory.db_url={address}",
+            f"--CourseDirectory.db_url={address(shared)}",
         )
         assert done.returncode == 0, done.stderr
         assert PASSWORD not in done.stdout + done.stderr
@@ -285,7 +289,7 @@ class TestMistakes:
             server.url("grades"): "Make it on its server: createdb --owner=grader grades",
             server.url("postgres").set(password=f"wrong{PASSWORD}"): "authentication failed",
         }.items():
-            monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(url))
+            monkeypatch.setenv(DATABASE_VARIABLE, address(url))
             status, _, err = grade_ada()
             assert status == 2 and sentence in err and PASSWORD not in err
         assert not (course / "out").exists()
@@ -302,6 +306,6 @@ class TestMistakes:
             there_at_first.setattr(places, "gradebook", lambda options: gone)
             status, _, err = grade_ada()
         assert status == 1 and 'database "gone" does not exist' in err and PASSWORD not in err
-        monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
+        monkeypatch.setenv(DATABASE_VARIABLE, address(shared))
         assert "1 of them unchanged and reused" in grade_ada()[1]
         assert scores(shared) == {"ada": 20}

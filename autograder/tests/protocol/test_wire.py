@@ -86,12 +86,6 @@ def test_a_subclass_crosses_as_its_base_sees_it(value):
         assert [type(key) for key in crossed({told: (told,)})] == [str]
 
 
-def test_arrays_are_copies_that_can_be_written_to():
-    got = crossed(np.arange(6).reshape(2, 3).T)
-    got[0, 0] = 5
-    assert got.tolist() == [[5, 3], [1, 4], [2, 5]]
-
-
 @pytest.mark.parametrize("char", ["b", "B", "h", "H", "i", "I", "l", "L", "q", "Q"])
 def test_differences_of_a_students_integers_do_not_wrap(char):
     """What falls does not seem to rise."""

@@ -1,14 +1,14 @@
 """An instructor's notebook is sorted into set-up, solutions and cases, or the fix is named."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
-from robust_slam_autograder.reading.assignment import Assignment, Config
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 
 from .. import toy
 
@@ -16,7 +16,7 @@ from .. import toy
 def from_cells(*cells: dict[str, Any]) -> Assignment:
     data = json.dumps(toy.notebook(list(cells))).encode()
     parsed = notebook.parse(data, "a.ipynb")
-    return assignments.from_cells(parsed, name="a", notebook="a", config=Config())
+    return assignments.from_cells(parsed, Path("a/a.ipynb"), Config())
 
 
 def solution(text: str, grade_id: str) -> dict[str, Any]:

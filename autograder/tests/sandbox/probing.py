@@ -5,7 +5,7 @@ from typing import Any
 
 import psutil
 from robust_slam_autograder import sandbox
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.sandbox import Launch, Sandbox
 
 from .. import as_user, kernel

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from robust_slam_autograder.executor.session import SessionFault
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import (
     Fork,
     Unsandboxed,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import scipy
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 from robust_slam_autograder.student import imports
 

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.student import imports
 from robust_slam_autograder.student.imports import refusal
 

@@ -16,8 +16,9 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.certificates import Verdict, certify
 from robust_slam.descent import start
 from robust_slam.estimators import chi_square_threshold, gnc
-from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, pose_graph, se2
+from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, pose_graph
 from robust_slam.graphs.outliers import add_aliased_closures
+from robust_slam.groups import se2
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course import pipeline

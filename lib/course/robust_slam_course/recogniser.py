@@ -16,8 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs import Noise, PoseGraph, manhattan, se2
+from robust_slam.graphs import Noise, PoseGraph, manhattan
 from robust_slam.graphs.pose_graph import select, with_closures
+from robust_slam.groups import se2
 
 VOCABULARY, SHOWN = 600, 30
 """Words in all, and of one crossing."""

@@ -21,10 +21,10 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array, csc_array
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.graphs import se2, se3
-from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights, precisions
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.groups import se2, se3
+from robust_slam.groups.group import Group, group_of
+from robust_slam.groups.rotations import nearest_rotations
 
 
 @dataclass(frozen=True, eq=False)

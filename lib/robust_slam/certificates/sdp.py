@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, finite
 from robust_slam.graphs.pose_graph import checked_edges
-from robust_slam.graphs.rotations import check_rotations, nearest_rotations
+from robust_slam.groups.rotations import check_rotations, nearest_rotations
 
 SIZE_LIMIT = 60
 """The largest dn that ``solve_sdp`` accepts, which takes some seconds."""

@@ -24,7 +24,7 @@ from robust_slam.certificates.newton import Stop, descend
 from robust_slam.certificates.optimality import MAX_SECONDS, Certificate, Verdict, certify, judge
 from robust_slam.descent.step import ROUNDING
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
-from robust_slam.graphs.rotations import nearest_stiefel
+from robust_slam.groups.rotations import nearest_stiefel
 
 _log = logging.getLogger(__name__)
 _NEAR = 1e-8

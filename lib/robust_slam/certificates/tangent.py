@@ -19,7 +19,7 @@ import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.certificates.chordal import ChordalProblem, edge_gradients, lifted_cost
 from robust_slam.descent.sparse.pattern import BlockPattern, sum_by_pose
-from robust_slam.graphs.rotations import nearest_stiefel
+from robust_slam.groups.rotations import nearest_stiefel
 
 
 @dataclass(frozen=True, eq=False)

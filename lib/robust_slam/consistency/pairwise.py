@@ -57,8 +57,14 @@ from robust_slam._deadline import Deadline
 from robust_slam._words import counted
 from robust_slam.consistency.cliques import Clique, max_clique
 from robust_slam.estimators.thresholds import chi_square_threshold
-from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along, sums_along
-from robust_slam.graphs.odometry import sessions
+from robust_slam.graphs.odometry import (
+    Ancestors,
+    Forest,
+    find_forest,
+    poses_along,
+    sessions,
+    sums_along,
+)
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph
 
 PAIRS = {2: 2_000_000, 3: 400_000}

@@ -3,8 +3,7 @@
 A damped step is between the Gauss–Newton step and the direction of steepest descent.
 The damping grows after a rejected step and shrinks after a good one.
 
-Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping by
-the gain ratio.
+Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, its update by the gain ratio.
 """
 
 from __future__ import annotations
@@ -37,16 +36,10 @@ def levenberg_marquardt(
 ) -> Array:
     """Return the poses at a minimum of ½ Σ w ‖whitened residual‖² near ``poses``.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and stopping
-    rule are those of ``gauss_newton``; a rejected step counts as an iteration.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments, stopping rule and
+    errors are those of ``gauss_newton``; a rejected step counts as an iteration.
 
-    Raises:
-        ValueError: as ``gauss_newton``.
-        Underdetermined: the edges with positive weight do not connect all poses.
-        NotConverged: ``max_iterations`` steps were not enough.
-
-    Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping
-    by the gain ratio.
+    Source: Marquardt 1963, Nielsen 1999.
 
     >>> from robust_slam.graphs import circle, dead_reckoning
     >>> from robust_slam.graphs.pose_graph import cost
@@ -66,12 +59,8 @@ def descend_damped(
 ) -> Descent:
     """Run Levenberg–Marquardt on normal equations whose pattern is already known.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and stopping
-    rule are those of ``levenberg_marquardt``, except that the arguments are not checked and
-    that running out of iterations raises no error.
-
-    Raises:
-        Underdetermined: the normal equations are singular.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. The arguments are not checked,
+    and running out of iterations is no error; singular equations are, Underdetermined.
     """
     equations, weights = equations.restricted(weights)
     current = equations.at(poses, weights)

@@ -81,11 +81,7 @@ class NormalEquations:
         return smaller, weights[mask]
 
     def step(self, linearisation: Linearisation) -> Array:
-        """Return the Gauss–Newton step δ ``(n, D)``; row 0 is 0.
-
-        Raises:
-            Underdetermined: the matrix is singular to working precision.
-        """
+        """Return the Gauss–Newton step δ ``(n, D)``, with row 0 as 0, or raise Underdetermined."""
         return self._minimise(*self.system(linearisation), None)
 
     def factorise(self, linearisation: Linearisation) -> tuple[PoseFactors, Array]:
@@ -104,10 +100,7 @@ class NormalEquations:
         """Return the δ ``(n, D)`` with (H + S) δ = −g, and the decrease of the linearised cost.
 
         H and g are from ``system`` or ``assemble``, and S is ``damping`` times the diagonal of H.
-        The decrease is ½ δᵀ (S δ − g). Row 0 of δ is 0.
-
-        Raises:
-            Underdetermined: the matrix is singular to working precision.
+        The decrease is ½ δᵀ (S δ − g). Row 0 of δ is 0. A singular matrix is Underdetermined.
 
         Source: Nielsen 1999, the denominator of the gain ratio.
         """

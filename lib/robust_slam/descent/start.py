@@ -15,7 +15,7 @@ from robust_slam.descent.sparse.elimination import Elimination
 from robust_slam.descent.sparse.pattern import find_pattern, free_elimination, sum_by_pose
 from robust_slam.errors import singular
 from robust_slam.graphs.pose_graph import PoseGraph, check_weights, precisions
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.groups.rotations import nearest_rotations
 
 _SINGULAR = 1e-13
 """A pivot below this share of its diagonal entry counts as 0."""
@@ -32,8 +32,7 @@ def chordal(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
 
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
-        Underdetermined: the edges with positive weight do not connect all poses, or the
-            problem is singular to working precision.
+        Underdetermined: edges of positive weight do not connect all poses, or nearly so.
 
     Source: Martinec and Pajdla 2007; Carlone et al. 2015, "Initialization techniques for
     3D SLAM", the section on chordal relaxation.

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, times
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -43,7 +43,7 @@ class Residuals:
     @cached_property
     def applied(self) -> Array:
         """The products Ω r ``(m, D)``."""
-        return pose_graph.apply_information(self.graph, self.r)
+        return times(self.graph.information, self.r)
 
     @cached_property
     def norms(self) -> Array:

@@ -1,7 +1,6 @@
 """Gauss–Newton on a pose graph, with backtracking.
 
-Pose 0 is held fixed. A step that would increase the cost is halved until it does not, so
-the cost never increases, however far the start is from a minimum.
+A step that would increase the cost is halved until it does not, however far the start is.
 
 Source: Dennis and Schnabel 1983, section 10.2, the damped Gauss–Newton method.
 """
@@ -46,7 +45,7 @@ def gauss_newton(
         Underdetermined: the edges with positive weight do not connect all poses.
         NotConverged: ``max_iterations`` steps were not enough.
 
-    Source: Dennis and Schnabel 1983, section 10.2, the damped Gauss–Newton method.
+    Source: Dennis and Schnabel 1983, section 10.2.
 
     >>> from robust_slam.graphs import circle, dead_reckoning
     >>> from robust_slam.graphs.pose_graph import cost
@@ -67,12 +66,8 @@ def descend_undamped(
 ) -> Descent:
     """Run Gauss–Newton on normal equations whose pattern is already known.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and stopping
-    rule are those of ``gauss_newton``, except that the arguments are not checked and that
-    running out of iterations raises no error.
-
-    Raises:
-        Underdetermined: the normal equations are singular.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. The arguments are not checked,
+    and running out of iterations is no error; singular equations are, Underdetermined.
     """
     equations, weights = equations.restricted(weights)
     current, size = equations.at(poses, weights), np.inf

@@ -313,40 +313,65 @@ def gnc(
 ) -> Result[X]:
     """Minimise Σ ρ(u) of the TLS or Geman–McClure kernel by graduated non-convexity.
 
-    ``c`` is the scale of the kernel, one number for all measurements; by default the norm
-    that a Gaussian inlier does not exceed with ``probability``. ``factor``, ``mu0`` and
-    ``adaptive`` are those of the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol``
-    is the largest change of a residual, relative to 1 + u, in the last solve, by default 1e-9.
-    ``watch`` is called with each step, to show progress. ``max_seconds`` of CPU time limit the
-    steps after the first one.
-
-    ``problem`` may be a pose graph. It is then solved with one step for each μ, starts at
-    dead reckoning, and ``tol`` is 1e-6 by default: see ``loop.prepare``. The ``trusted`` edges
-    ``(m,)``, by default the odometry, are never rejected.
-
-    Without ``x0`` a problem starts from the unweighted solution, as in the paper. Consistent
-    outliers distort that solution and have small residuals there, so on a pose graph with
-    trusted odometry dead reckoning, ``x0=problem.guess``, is the better start: on no graph of
+    Consistent outliers distort the unweighted solution and have small residuals there, so on a
+    pose graph with trusted odometry dead reckoning is the better start: on no graph of
     ``chapters/data/robustness.csv`` do fewer runs succeed.
 
-    A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``), which
-    is faster; the last solve is repeated until it converges in any case. With one step the
-    poses lag behind μ, which misjudges closures now and then.
+    Parameters
+    ----------
+    problem
+        A problem, or a pose graph, which is solved with one step for each μ: the poses lag behind
+        μ, and closures are misjudged now and then. ``PoseGraphProblem(graph, steps=5)`` takes a
+        few, which is faster. The last solve is repeated until it converges in any case.
+    c
+        The scale of the kernel, one number for all measurements; by default the norm that a
+        Gaussian inlier does not exceed with ``probability``.
+    kind
+        "tls", truncated least squares, or "gm", Geman–McClure.
+    x0
+        The start: by default the unweighted solution, as in the paper, and dead reckoning on a
+        pose graph; ``x0=problem.guess`` is that of a ``PoseGraphProblem``.
+    trusted
+        Edges ``(m,)`` of a pose graph that are never rejected, by default the odometry.
+    probability
+        It gives ``c`` where that is left out.
+    factor, mu0, adaptive
+        How μ moves, as in the rules ``GncTls`` and ``GncGm``.
+    tol
+        The largest change of a residual, relative to 1 + u, in the last solve, by default 1e-9,
+        on a pose graph 1e-6.
+    max_iterations
+        The largest number of steps.
+    max_seconds
+        The CPU time (s) of the steps after the first one.
+    watch
+        Called with each step, to show progress.
 
-    It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
-    ALL_REJECTED, UNDERDETERMINED, TIME_LIMIT, or ITERATION_LIMIT, also when the last solve does
-    not converge. The last x of GM belongs to the weights of the previous step, so it is near a
-    minimum of the kernel's cost, not at one; ``irls`` with ``kernels.geman_mcclure`` continues
-    from there.
+    Returns
+    -------
+    Result
+        With weights ``(m,)``. It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1),
+        NOTHING_TO_REJECT, ALL_REJECTED, UNDERDETERMINED, TIME_LIMIT, or ITERATION_LIMIT, also
+        when the last solve does not converge. The last x of GM belongs to the weights of the
+        previous step, so it is near a minimum of the kernel's cost, not at one; ``irls`` with
+        ``kernels.geman_mcclure`` continues from there.
 
-    Raises:
-        ValueError: ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not
-            above 1, or as ``loop.reweight``.
-        Underdetermined: the unweighted solution does not exist.
-        NotConverged: the unweighted solve did not converge; give ``x0``.
+    Raises
+    ------
+    ValueError
+        ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not above 1, or as
+        ``loop.reweight``.
+    Underdetermined
+        The unweighted solution does not exist.
+    NotConverged
+        The unweighted solve did not converge; give ``x0``.
 
-    Source: Yang et al. 2020, (12), (14) and Remark 5; Antonante et al. 2022, Algorithm 2.
+    Source
+    ------
+    Yang et al. 2020, (12), (14) and Remark 5; Antonante et al. 2022, Algorithm 2.
 
+    Examples
+    --------
     >>> from robust_slam.problems import LocationProblem
     >>> result = gnc(LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0]), c=1.0)
     >>> round(result.x, 4), result.weights, result.stop.value

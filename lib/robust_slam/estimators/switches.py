@@ -23,7 +23,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Mask, finite, positive
+from robust_slam._arrays import Array, Mask, finite, positive, times
 from robust_slam.descent.normal_equations import NormalEquations, linear_change
 from robust_slam.descent.step import check_limits, damping_factor, increases, is_small, retract
 from robust_slam.estimators import kernels
@@ -263,7 +263,7 @@ class _Switched:
         relative = pose_graph.relative_poses(graph, iterate.poses)
         r = pose_graph.residuals_of(graph, relative)
         jacobian = pose_graph.linearise(graph, relative, r)
-        v = pose_graph.apply_information(graph, r)
+        v = times(graph.information, r)
         chi2 = np.sum(r * v, axis=1)
         # A trusted edge has a switch of infinite stiffness: h = ∞ leaves A = Ω, p = Ωr.
         inverse = np.where(self.untrusted, 1.0 / (chi2 + self.lam), 0.0)

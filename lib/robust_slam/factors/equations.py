@@ -9,16 +9,13 @@ Source: Grisetti et al. 2010, the sparse blocks; Marquardt 1963 and Nielsen 1999
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from robust_slam._arrays import Array, Mask, times
+from robust_slam._arrays import Array, times
 from robust_slam.descent.sparse.pattern import find_pattern, sum_by_pose
-from robust_slam.descent.step import damping_factor, increases, is_small
-from robust_slam.errors import Underdetermined
+from robust_slam.descent.step import Descent, damping_factor, increases, is_small
 from robust_slam.factors.factor_graph import FRAME, FactorGraph
-from robust_slam.graphs.pose_graph import connected_parts
+from robust_slam.graphs.pose_graph import check_joined, connected_parts
 
 _DAMPING = 1e-4
 _SLOW = 1e-4
@@ -100,93 +97,61 @@ class FactorEquations:
         return self.graph.group.compose(x, self.graph.group.exp(step))
 
     def check_joined(self, weights: Array) -> None:
-        """Check that the factors of positive weight ``(m,)`` connect all poses.
-
-        Raises:
-            Underdetermined: they do not.
-        """
-        used: Mask = weights > 0.0
-        parts = connected_parts(self.graph.nodes + 1, self.graph.ends[used] + 1)[1:]
-        loose = np.flatnonzero(parts[: self.graph.n] != parts[0])
-        if loose.size:
-            raise Underdetermined(
-                f"weights: no factor of positive weight joins pose {loose[0]} to pose 0 "
-                f"({loose.size} poses are loose); trust the odometry or keep a factor"
-            )
+        """Refuse weights ``(m,)`` of factors that do not connect all poses: Underdetermined."""
+        ends = self.graph.ends[weights > 0.0] + 1
+        parts = connected_parts(self.graph.nodes + 1, ends)[1 : self.graph.n + 1]
+        check_joined(parts, "factor")
 
     def _with_frame(self, x: Array) -> Array:
         # The frame is the last entry, so that FRAME, which is −1, finds it.
         return np.concatenate([x, self.graph.group.identity()[None]])
 
 
-@dataclass(frozen=True, eq=False)
-class Ended:
-    """Where a descent ended: a map x ``(n + l, …)``, its cost, and whether it converged."""
-
-    x: Array
-    cost: float
-    converged: bool
-
-
-def descend(equations: FactorEquations, x: Array, weights: Array, tol: float, steps: int) -> Ended:
+def descend(
+    equations: FactorEquations, x: Array, weights: Array, tol: float, steps: int
+) -> Descent:
     """Descend from the map x ``(n + l, …)`` by at most so many ``steps``.
 
     They are those of Gauss–Newton, damped where one would increase the cost, and end as in
-    ``gauss_newton`` with ``tol``; ``weights`` are ``(m,)``.
-
-    Raises:
-        Underdetermined: the factors of positive weight do not connect all poses.
+    ``gauss_newton`` with ``tol``; ``weights`` are ``(m,)``. Its error is theirs: Underdetermined.
 
     Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, its growth.
     """
     equations.check_joined(weights)
-    cost, damping = equations.cost(x, weights), 0.0
+    cost, damping, size = equations.cost(x, weights), 0.0, np.inf
     for _ in range(steps):
-        system = equations.system(x, weights)
-        tried = _tried(equations, x, weights, system, damping, cost)
+        tried = _tried(equations, x, weights, damping, cost)
         if tried is None:
             break
-        small = is_small(tried.step, x, tol)
+        step, moved, after, damping, predicted = tried
+        small, size = is_small(step, x, tol), float(np.abs(step).max())
+        gain = (cost - after) / max(predicted, np.finfo(float).tiny)
+        x, cost = moved, after
         # A damped step can be small anywhere, an undamped one only near a minimum.
-        if small and tried.damping == 0.0:
-            return Ended(tried.x, tried.cost, True)
-        gain = (cost - tried.cost) / max(tried.predicted, np.finfo(float).tiny)
-        damping = 0.0 if small else tried.damping * damping_factor(gain)
-        x, cost = tried.x, tried.cost
-    return Ended(x, cost, False)
-
-
-@dataclass(frozen=True, eq=False)
-class _Tried:
-    """A map x after a ``step`` with some ``damping``, its cost, and the decrease expected."""
-
-    x: Array
-    step: Array
-    cost: float
-    damping: float
-    predicted: float
+        if small and damping == 0.0:
+            return Descent(x, cost, size, converged=True)
+        damping = 0.0 if small else damping * damping_factor(gain)
+    return Descent(x, cost, size, converged=False)
 
 
 def _tried(
-    equations: FactorEquations,
-    x: Array,
-    weights: Array,
-    system: tuple[Array, Array],
-    damping: float,
-    cost: float,
-) -> _Tried | None:
-    """Return the step with the first damping that does not increase the cost, or None."""
-    shift = equations.shift(system[0], weights)
-    diagonal, growth = equations.pattern.diagonal(system[0]), 2.0
+    equations: FactorEquations, x: Array, weights: Array, damping: float, cost: float
+) -> tuple[Array, Array, float, float, float] | None:
+    """Return the step with the first damping that does not increase the cost, or None.
+
+    Behind it come the map there, its cost, this damping, and the decrease that was expected.
+    """
+    hessian, gradient = equations.system(x, weights)
+    shift, growth = equations.shift(hessian, weights), 2.0
     for _ in range(_TRIALS):
-        added = shift + damping * diagonal
-        step = equations.step(*system, added)
+        added = shift + damping * equations.pattern.diagonal(hessian)
+        step = equations.step(hessian, gradient, added)
         if step is not None:
             moved = equations.moved(x, step)
             after = equations.cost(moved, weights)
             if not increases(after, cost):
                 own = slice(equations.held, None)
-                predicted = 0.5 * float(np.sum(step * (added[own] * step - system[1][own])))
-                return _Tried(moved, step, after, damping, predicted)
+                predicted = 0.5 * float(np.sum(step * (added[own] * step - gradient[own])))
+                return step, moved, after, damping, predicted
         damping, growth = max(_DAMPING, growth * damping), 2.0 * growth
     return None

@@ -30,13 +30,14 @@ def evidence(equations: FactorEquations, x: Array, kept: Mask) -> float:
     ``(n + l, …)`` is a minimum.
     """
     graph = equations.graph
-    gains = [_entropy(graph, block) + _whitening(block) for block in graph.blocks]
+    # The sum of logarithms is ½ log |Ω|.
+    gains = [
+        _entropy(graph, block) + np.log(np.diagonal(block.root, axis1=1, axis2=2)).sum(axis=1)
+        for block in graph.blocks
+    ]
     gain = np.concatenate(gains) - 0.5 * np.log(2.0 * np.pi) * graph.dimensions
-    squares = float(np.sum(equations.norms(x)[kept] ** 2))
-    gained = float(np.sum(gain[kept]))
-    return (
-        gained - 0.5 * (squares + _log_determinant(equations, x, kept)) - _anywhere(graph, x, kept)
-    )
+    spent = float(np.sum(equations.norms(x)[kept] ** 2)) + _log_determinant(equations, x, kept)
+    return float(np.sum(gain[kept])) - 0.5 * spent - _anywhere(graph, x, kept)
 
 
 def _entropy(graph: FactorGraph, block: Block) -> float:
@@ -53,11 +54,6 @@ def _gaussian(points: Array) -> float:
     """Return the entropy of a Gaussian with the spread of the points ``(k, d)``."""
     d = points.shape[1]
     return gaussian_entropy(np.cov(points.T, ddof=0).reshape(d, d), _LEAST**2)
-
-
-def _whitening(block: Block) -> Array:
-    """Return ½ log |Ω| of each factor ``(k,)``."""
-    return np.asarray(np.log(np.diagonal(block.root, axis1=1, axis2=2)).sum(axis=1))
 
 
 def _anywhere(graph: FactorGraph, x: Array, kept: Mask) -> float:

@@ -17,10 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Indices, Mask, finite
+from robust_slam._arrays import Array, Indices, Mask, finite, refuse
 from robust_slam._words import counted
 from robust_slam.factors.models import POINT, RANGE, RELATIVE, Model
-from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     check_graph,
@@ -28,6 +27,7 @@ from robust_slam.graphs.pose_graph import (
     checked_information,
     checked_poses,
 )
+from robust_slam.groups.group import Group
 
 FRAME = -1
 """The frame of the map among the ends of a factor."""
@@ -197,8 +197,7 @@ def _measurement(group: Group, name: str, given: Factors, k: int) -> Array:
         return checked_poses(told, given.measurement, group, k)
     if name == "ranges":
         distance = finite(told, given.measurement, (k,))
-        if np.any(distance < 0.0):
-            raise ValueError(f"{told}: entry {int(np.argmax(distance < 0.0))} is negative")
+        refuse(distance < 0.0, lambda k: f"{told}: entry {k} is negative")
         return distance[:, None]
     return finite(told, given.measurement, (k, group.DIMENSION))
 
@@ -216,18 +215,14 @@ def _ends(name: str, value: ArrayLike, graph: FactorGraph, unary: bool) -> Indic
     most = np.full(pairs.shape[1], graph.nodes)
     if name in ("priors.nodes", "points.nodes"):
         most[0] = graph.n
-    wrong = np.any((pairs < 0) | (pairs >= most), axis=1)
-    if np.any(wrong):
-        k = int(np.argmax(wrong))
-        raise ValueError(
-            f"{name}: entry {k} is {nodes[k].tolist()}; poses are 0 to {graph.n - 1}, landmarks "
-            f"{graph.n} to {graph.nodes - 1}, and what has a frame is a pose"
-        )
+    wrong, last = np.any((pairs < 0) | (pairs >= most), axis=1), graph.nodes - 1
+    there = f"poses are 0 to {graph.n - 1}, landmarks {graph.n} to {last}"
+    words = f"{there}, and what has a frame is a pose"
+    refuse(wrong, lambda k: f"{name}: entry {k} is {nodes[k].tolist()}; {words}")
     if unary:
         return np.concatenate([np.full_like(pairs, FRAME), pairs], axis=1)
     looped = pairs[:, 0] == pairs[:, 1]
-    if np.any(looped):
-        raise ValueError(f"{name}: entry {int(np.argmax(looped))} joins a node to itself; drop it")
+    refuse(looped, lambda k: f"{name}: entry {k} joins a node to itself; drop it")
     return pairs
 
 
@@ -244,11 +239,7 @@ def _root(information: Array) -> Array:
 
 
 def check_map(name: str, x: ArrayLike, graph: FactorGraph) -> Array:
-    """Return a map x ``(n + l, …)`` of ``graph`` as an array; rotations of landmarks become 0.
-
-    Raises:
-        ValueError: the shape differs, or an entry is not finite or not a pose.
-    """
+    """Return a map x ``(n + l, …)`` of ``graph``, or a ValueError; landmarks lose rotations."""
     full = finite(name, x, (graph.nodes, *graph.group.POSE_SHAPE))
     check_poses(name, full[: graph.n], graph.relative)
     group = graph.group
@@ -257,9 +248,5 @@ def check_map(name: str, x: ArrayLike, graph: FactorGraph) -> Array:
 
 
 def as_factor_graph(graph: FactorGraph | PoseGraph) -> FactorGraph:
-    """Return ``graph``, or the factor graph that has the edges of a pose graph alone.
-
-    Raises:
-        TypeError: it is neither.
-    """
+    """Return ``graph``, or that of the edges of a pose graph alone; another one is a TypeError."""
     return graph if isinstance(graph, FactorGraph) else FactorGraph(relative=graph)

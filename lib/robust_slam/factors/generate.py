@@ -12,8 +12,8 @@ import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask, times
 from robust_slam.factors.factor_graph import FactorGraph, Factors
-from robust_slam.graphs import se2
 from robust_slam.graphs.generate import Noise, manhattan
+from robust_slam.groups import se2
 
 _BLOCK, _REACH = 10.0, 12.0
 _ODOMETRY = Noise(odometry=(0.1, 0.01))

@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from robust_slam._arrays import Array, times
-from robust_slam.graphs.group import Group
+from robust_slam.groups.group import Group
 
 Jacobians: TypeAlias = tuple[Array, Array]
 

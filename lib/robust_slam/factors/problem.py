@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, finite, mask
+from robust_slam._arrays import Array, finite, mask, refuse
 from robust_slam._words import counted
 from robust_slam.descent.step import STEP_LIMIT, check_limits
 from robust_slam.errors import NotConverged
@@ -29,11 +29,7 @@ _PROBABILITY = 0.99
 
 
 def thresholds_of(graph: FactorGraph, probability: float = _PROBABILITY) -> Array:
-    """Return the norm ``(m,)`` that an inlier of each factor does not exceed with ``probability``.
-
-    Raises:
-        ValueError: ``probability`` is not inside (0, 1).
-    """
+    """Return the norms ``(m,)`` that inliers of the factors do not exceed with ``probability``."""
     largest = int(graph.dimensions.max())
     each = [chi_square_threshold(probability, d) for d in range(1, largest + 1)]
     return np.array(each)[graph.dimensions - 1]
@@ -84,9 +80,7 @@ class FactorGraphProblem:
         self.trusted = mask("trusted", self.graph.is_trusted if trusted is None else trusted, m)
         given = thresholds_of(self.graph) if thresholds is None else thresholds
         self.thresholds = finite("thresholds", given, (m,))
-        if np.any(self.thresholds <= 0.0):
-            wrong = int(np.argmax(self.thresholds <= 0.0))
-            raise ValueError(f"thresholds: entry {wrong} is not above 0")
+        refuse(self.thresholds <= 0.0, lambda k: f"thresholds: entry {k} is not above 0")
         check_limits(tol, steps)
         self.tol = tol
         self.steps = steps
@@ -116,7 +110,7 @@ class FactorGraphProblem:
                 f"the unweighted solve: after {STEP_LIMIT} steps the cost is {ended.cost:.6g}; "
                 "begin the robust solve elsewhere, with x0=problem.guess"
             )
-        return ended.x
+        return ended.poses
 
     def residual_norms(self, x: Array) -> Array:
         """Return the norm of each factor in units of ``thresholds``/``threshold``, ``(m,)``."""
@@ -125,7 +119,6 @@ class FactorGraphProblem:
     def solve(self, weights: Array, x: Array) -> Array:
         """Return the map ``(n + l, …)`` that is reached from ``x`` with weights ``(m,)``.
 
-        Raises:
-            Underdetermined: the factors of positive weight do not connect all poses.
+        Factors of positive weight that do not connect all poses are Underdetermined.
         """
-        return descend(self._equations, x, weights, self.tol, self.steps).x
+        return descend(self._equations, x, weights, self.tol, self.steps).poses

@@ -20,17 +20,15 @@ from pathlib import Path
 import numpy as np
 
 from robust_slam._arrays import Array, Indices
-from robust_slam._words import counted
 from robust_slam.factors.factor_graph import FactorGraph, Factors
-from robust_slam.graphs import se3
-from robust_slam.graphs.doubts import few_digits
-from robust_slam.graphs.g2o import G2O
-from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, lines_of, rows_of, whole
-from robust_slam.graphs.matrices import information_of, row_by_row
-from robust_slam.graphs.quaternions import poses_of
-from robust_slam.graphs.reading import text_of
-from robust_slam.graphs.tagged import graph_of
+from robust_slam.files.doubts import few_digits
+from robust_slam.files.g2o import G2O
+from robust_slam.files.graph_file import GraphFile, skipped_told
+from robust_slam.files.lines import Fault, Rows, Tag, Unknown, lines_of
+from robust_slam.files.matrices import information_of, row_by_row
+from robust_slam.files.reading import named_file, text_of
+from robust_slam.files.tagged import graph_of, poses_of, rows_by_tag
+from robust_slam.groups import se3
 
 _SENSOR = "PARAMS_SE3OFFSET"
 
@@ -86,11 +84,8 @@ class FactorFile:
     def summary(self) -> str:
         """Return what is in the file, a line each."""
         rows = [("factors", f"{self.graph!r}"[len("<FactorGraph: ") : -1])]
-        rows += [
-            ("note", f"skipped {counted(count, 'line')} with the tag {tag}")
-            for tag, count in self.skipped.items()
-        ]
-        rows += [("note", words) for words in (*self.notes, *self.doubts)]
+        said = (*skipped_told(self.skipped), *self.notes, *self.doubts)
+        rows += [("note", words) for words in said]
         return "\n".join(f"{name:<10} {words}" for name, words in rows)
 
     __str__ = summary
@@ -125,18 +120,15 @@ def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") ->
     >>> file.graph, file.ids.tolist()
     (<FactorGraph: 2 poses in SE(2), 1 landmark, 1 edge, 1 point>, [7, 9, 8])
     """
-    try:
+    with named_file(path):
         text, commas = text_of(path)
         found = _parsed(text, unknown)
         return replace(found, notes=(*commas, *found.notes))
-    except Fault as fault:
-        raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
 
 
 def _parsed(text: str, unknown: Unknown) -> FactorFile:
     tags = {**_TAGS, **G2O.tags}
-    lines, skipped = by_tag(text, tags, G2O.passed, unknown)
-    rows = {name: rows_of(lines[name], tags[name], whole, G2O.ids_are) for name in tags}
+    rows, skipped = rows_by_tag(text, tags, G2O, unknown)
     poses = graph_of(text, G2O, "raise", "skip")
     space = poses.graph.group is se3
     layout, other = (_SPACE, _PLANE) if space else (_PLANE, _SPACE)
@@ -174,39 +166,33 @@ def _few_digits(graph: FactorGraph) -> list[str]:
 def _check_fixed(rows: Mapping[str, Rows], layout: _Layout, poses: GraphFile) -> None:
     """Refuse FIX lines that a factor graph cannot honour."""
     fix = rows["FIX"]
-    if not len(fix):
-        return
     foreign = ~np.isin(fix.ids[:, 0], poses.ids)
-    if np.any(foreign):
-        raise fix.fault(foreign, "a landmark is fixed; give it a position, or drop the line")
-    if len(rows[layout.priors]) or len(rows[layout.positions]):
-        raise Fault(
-            int(fix.line[0]),
-            "a pose is fixed beside priors or positions, which place the map already; drop the "
-            "line, or give the pose a prior",
-        )
+    fix.refuse(foreign, "a landmark is fixed; give it a position, or drop the line")
+    placed = len(rows[layout.priors]) or len(rows[layout.positions])
+    fix.refuse(
+        foreign | bool(placed),
+        "a pose is fixed beside priors or positions, which place the map already; drop the "
+        "line, or give the pose a prior",
+    )
 
 
 def _landmarks(vertices: Rows, points: Rows, poses: GraphFile) -> Indices:
     """Return the ids of the landmarks ``(l,)``, ascending."""
     given = vertices.ids[:, 0]
-    clash = np.isin(given, poses.ids)
-    if np.any(clash):
-        raise vertices.fault(clash, f"vertex {given[clash][0]} is a pose as well; renumber it")
+    vertices.refuse(
+        np.isin(given, poses.ids), lambda k: f"vertex {given[k]} is a pose as well; renumber it"
+    )
     found, first = np.unique(given, return_index=True)
     again = ~np.isin(np.arange(len(vertices)), first)
-    if np.any(again):
-        raise vertices.fault(again, f"vertex {given[again][0]} is given twice; drop one line")
+    vertices.refuse(again, lambda k: f"vertex {given[k]} is given twice; drop one line")
     seen = points.ids[:, 1]
     used = np.setdiff1d(seen, poses.ids)
     if not len(vertices):
         return used
     missing = ~np.isin(seen, given) & ~np.isin(seen, poses.ids)
-    if np.any(missing):
-        raise points.fault(missing, f"vertex {seen[missing][0]} is missing; add its line")
+    points.refuse(missing, lambda k: f"vertex {seen[k]} is missing; add its line")
     idle = ~np.isin(given, used)
-    if np.any(idle):
-        raise vertices.fault(idle, f"landmark {given[idle][0]} is in no edge; drop the line")
+    vertices.refuse(idle, lambda k: f"landmark {given[k]} is in no edge; drop the line")
     return found
 
 
@@ -217,11 +203,10 @@ def _sensors(rows: Rows) -> dict[int, Array]:
 def _nodes(rows: Rows, column: int, ids: Indices, what: str) -> Indices:
     """Return the nodes ``(k,)`` of the ids in one column of lines."""
     wanted, order = rows.ids[:, column], np.argsort(ids)
-    missing = ~np.isin(wanted, ids)
-    if np.any(missing):
-        raise rows.fault(
-            missing, f"there is no {what} {wanted[missing][0]}; add it, or drop the line"
-        )
+    rows.refuse(
+        ~np.isin(wanted, ids),
+        lambda k: f"there is no {what} {wanted[k]}; add it, or drop the line",
+    )
     return order[np.searchsorted(ids, wanted, sorter=order)]
 
 
@@ -229,10 +214,7 @@ def _offsets(rows: Rows, sensors: Mapping[int, Array]) -> Array:
     """Return the pose ``(k, 3, 4)`` of the sensor of each line in the frame of the robot."""
     wanted = rows.ids[:, -1]
     missing = ~np.isin(wanted, list(sensors))
-    if np.any(missing):
-        raise rows.fault(
-            missing, f"sensor {wanted[missing][0]} is missing; add its {_SENSOR} line"
-        )
+    rows.refuse(missing, lambda k: f"sensor {wanted[k]} is missing; add its {_SENSOR} line")
     return np.array([sensors[k] for k in wanted.tolist()]).reshape(-1, 3, 4)
 
 
@@ -264,10 +246,7 @@ def _positions(
         return None
     if sensors is not None:
         away = np.any(_offsets(rows, sensors)[:, :, 3] != 0.0, axis=1)
-        if np.any(away):
-            raise rows.fault(
-                away, "the antenna is not at the robot's origin; correct the position"
-            )
+        rows.refuse(away, "the antenna is not at the robot's origin; correct the position")
     d = poses.graph.group.DIMENSION
     own = _nodes(rows, 0, poses.ids, "pose")
     return Factors(own, rows.numbers[:, :d], _matrices(rows, d, d))

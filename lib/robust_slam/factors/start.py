@@ -9,9 +9,9 @@ import numpy as np
 
 from robust_slam._arrays import Array, Indices
 from robust_slam.factors.factor_graph import Block, FactorGraph
-from robust_slam.graphs.group import Group
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.groups.group import Group
+from robust_slam.groups.rotations import nearest_rotations
 
 _ROUNDS = 30
 _DIRECTIONS = 64

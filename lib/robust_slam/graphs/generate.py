@@ -1,9 +1,7 @@
 """Pose graphs with known true poses: a circle, a walk through a town, a sphere.
 
 Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so at the true poses the whitened
-residuals are exactly standard normal. The true poses start at the identity.
-
-Source: derived here, unless another is named.
+residuals are exactly standard normal. The true poses start at the identity; derived here.
 """
 
 from __future__ import annotations
@@ -14,9 +12,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Indices, finite, positive
-from robust_slam.graphs import se2, se3
-from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2, se3
+from robust_slam.groups.group import Group, group_of
+
+_MORE = 1.0 + 1e-9
+"""Distances that rounding makes larger by this factor are near enough."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,11 @@ def circle(
         raise ValueError(f"n is {n} and laps {laps}; give at least 3 poses and 1 lap")
     angle = 2.0 * np.pi * laps * np.arange(n) / n
     radius = positive("radius", radius)
-    truth = np.stack(
-        [radius * np.sin(angle), radius * (1.0 - np.cos(angle)), se2.wrap(angle)], axis=1
-    )
+    x, y = radius * np.sin(angle), radius * (1.0 - np.cos(angle))
+    truth = np.column_stack([x, y, se2.wrap(angle)])
     reach = 2.0 * radius * np.sin(np.pi * laps / n)
-    return _measured(truth, _revisits(truth, reach, closures, rng), noise, rng), truth
+    pairs = _drawn(near_pairs(truth[:, :2], reach * _MORE), closures, rng)
+    return _measured(truth, pairs, noise, rng), truth
 
 
 def manhattan(
@@ -100,9 +101,10 @@ def manhattan(
         raise ValueError(f"side is {side}; give at least 1 block")
     block = positive("block", block)
     crossing, facing = _walk(n, side, turn, rng)
-    truth = np.concatenate([block * crossing, se2.wrap(facing * np.pi / 2)[:, None]], axis=1)
+    truth = np.column_stack([block * crossing, se2.wrap(facing * np.pi / 2)])
     count = n // 5 if closures is None else closures
-    return _measured(truth, _revisits(truth, block, count, rng), noise, rng), truth
+    pairs = _drawn(near_pairs(truth[:, :2], block * _MORE), count, rng)
+    return _measured(truth, pairs, noise, rng), truth
 
 
 def sphere(
@@ -185,23 +187,15 @@ def _measured(
     """Measure each step of the path and the pairs ``closures``."""
     noise, group = Noise() if noise is None else noise, group_of(truth)
     steps = np.arange(len(truth) - 1)
-    odometry = np.stack([steps, steps + 1], axis=1)
-    edges = np.concatenate([odometry, closures])
-    is_odometry = np.arange(len(edges)) < len(odometry)
-    sigma = np.where(
-        is_odometry[:, None],
-        _deviations("noise.odometry", noise.odometry, group),
-        _deviations("noise.closure", noise.closure, group),
-    )
+    edges = np.concatenate([np.stack([steps, steps + 1], axis=1), closures])
+    is_odometry = np.arange(len(edges)) < len(steps)
+    named = (("noise.odometry", noise.odometry), ("noise.closure", noise.closure))
+    sigma = np.where(is_odometry[:, None], *(_deviations(*each, group) for each in named))
     drawn = noise.scale * sigma * rng.normal(size=sigma.shape)
     true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
-    return PoseGraph(
-        n=len(truth),
-        edges=edges,
-        measurement=group.compose(true, group.exp(drawn)),
-        information=np.eye(group.DOF) / sigma[:, :, None] ** 2,
-        is_odometry=is_odometry,
-    )
+    information = np.eye(group.DOF) / sigma[:, :, None] ** 2
+    measurement = group.compose(true, group.exp(drawn))
+    return PoseGraph(len(truth), edges, measurement, information, is_odometry)
 
 
 def _deviations(name: str, sigma: tuple[float, float], group: Group) -> Array:
@@ -210,12 +204,6 @@ def _deviations(name: str, sigma: tuple[float, float], group: Group) -> Array:
     if np.any(checked <= 0.0):
         raise ValueError(f"{name} is {sigma}; give numbers above 0 (scale=0 switches noise off)")
     return np.repeat(checked, [group.DIMENSION, group.DOF - group.DIMENSION])
-
-
-def _revisits(truth: Array, reach: float, count: int, rng: np.random.Generator) -> Indices:
-    """Draw ``count`` pairs (i, j), i + 1 < j, at most ``reach`` apart."""
-    positions = group_of(truth).translation(truth)
-    return _drawn(near_pairs(positions, reach * (1.0 + 1e-9)), count, rng)
 
 
 def near_pairs(positions: Array, reach: float) -> Indices:
@@ -228,9 +216,8 @@ def near_pairs(positions: Array, reach: float) -> Indices:
 def _drawn(pairs: Indices, count: int, rng: np.random.Generator) -> Indices:
     """Draw ``count`` of the pairs and keep their order."""
     if not 0 <= count <= len(pairs):
-        raise ValueError(
-            f"closures is {count}, and {len(pairs)} pairs come near enough to be closed; "
-            "ask for 0 up to that many or make the way longer"
-        )
+        remedy = "ask for 0 up to that many or make the way longer"
+        found = f"{len(pairs)} pairs come near enough to be closed"
+        raise ValueError(f"closures is {count}, and {found}; {remedy}")
     chosen = rng.choice(len(pairs), size=count, replace=False, shuffle=False)
     return np.asarray(pairs[np.sort(chosen)], dtype=np.intp)

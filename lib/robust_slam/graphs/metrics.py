@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, finite, mask, pose_numbers
-from robust_slam.graphs.group import Group, group_of
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.groups.group import Group, group_of
+from robust_slam.groups.rotations import nearest_rotations
 
 
 def precision_recall(kept: ArrayLike, true: ArrayLike) -> tuple[float, float]:
@@ -59,9 +59,6 @@ def ate(estimate: ArrayLike, truth: ArrayLike) -> float:
     """Return the absolute trajectory error in m: the RMSE of positions after ``align``.
 
     ``estimate`` and ``truth`` are poses ``(n, 3)`` or ``(n, 3, 4)``. Orientations are ignored.
-
-    Raises:
-        ValueError: as ``align``.
 
     Source: Sturm et al. 2012, the absolute trajectory error; Umeyama 1991.
 

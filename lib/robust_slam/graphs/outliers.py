@@ -1,17 +1,12 @@
 """Outliers: wrong loop closures added to a graph, with a mask of which they are.
 
-Every function returns the graph with the outliers and a mask ``(m,)`` of them over its edges;
-odometry is never changed, and no pair is drawn twice. An outlier has the noise and the information
+Odometry is never changed, and no pair is drawn twice. An outlier has the noise and the information
 of an inlier, and its error is large: before the noise it puts pose j at least ``apart`` (m) from
-its position in ``poses``. ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` are by default those of
-``spanning_tree``; give the true poses where they are known.
+its position in ``poses``, by default those of ``spanning_tree``; give the true ones if you can.
 
 From easy to hard: single random outliers are rarely consistent with other edges. A group repeats
 one along the path, and local outliers join poses that are a few steps apart. Aliased closures are
 consistent with each other and with the odometry; only edges outside the group contradict them.
-
-Source: the policies random, local, random group and local group of Sünderhauf and Protzel
-2012; spoiled closures as in Antonante et al. 2022; the aliased group is derived here.
 """
 
 from __future__ import annotations
@@ -23,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
+from robust_slam.groups.group import Group, group_of
 
 _ROUNDS = 50
 """The largest number of batches of pairs to draw."""
@@ -77,11 +72,8 @@ def add_local_closures(
 ) -> tuple[PoseGraph, Mask]:
     """Return ``graph`` with ``count`` outliers between poses 2 to ``reach`` steps apart.
 
-    Mask ``(m,)``, ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` and ``apart`` (m) are as in
-    ``add_random_closures``, but by default ``apart`` is the median distance of consecutive poses.
-
-    Raises:
-        ValueError: ``count`` is negative, ``reach`` is below 2, or fewer pairs are that far apart.
+    They, the mask ``(m,)`` and the errors are as in ``add_random_closures``, but by default
+    ``apart`` is the median distance of consecutive poses; ``reach`` is at least 2.
 
     Source: the local policy of Sünderhauf and Protzel 2012.
     """
@@ -101,13 +93,8 @@ def add_grouped_closures(
     """Return ``graph`` with ``groups`` groups of ``size`` outliers, and their mask ``(m,)``.
 
     A group starts with a pair (i, j), as of ``add_random_closures`` or, if ``reach`` is given, of
-    ``add_local_closures``, whose ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` and ``apart`` (m) hold
-    here, too. It continues with (i + 1, j + 1), (i + 2, j + 2), …, and is consistent in itself
-    only where both segments of the path have the same shape.
-
-    Raises:
-        ValueError: ``groups`` is negative, ``size`` is below 1, ``reach`` is below 2, or fewer
-            groups are that far apart.
+    ``add_local_closures``, with their ``poses`` and ``apart``. It continues with (i + 1, j + 1) …
+    and is consistent in itself only where both segments of the path have the same shape.
 
     Source: the random group and local group policies of Sünderhauf and Protzel 2012.
     """
@@ -129,27 +116,31 @@ def add_aliased_closures(
     (i + k, j + k) all follow from one rigid displacement G of the world, which moves pose j to
     pose i. Before the noise each measures z = x_i⁻¹ ∘ G ∘ x_j, so the cycle of two of them and the
     odometry between them closes, and pairwise consistency accepts the group. G moves each pose j
-    by at least ``apart`` (m) in ``poses`` ``(n, 3)`` or ``(n, 3, 4)``, by default half of the
-    longest side of the map. The segments of the most similar shapes are taken, none with itself.
+    by at least ``apart``, as in ``add_random_closures``. The segments of the most similar shapes
+    are taken, none with itself.
 
     Raises:
         ValueError: ``groups`` is negative, ``size`` is below 1, or fewer segments are so far.
 
     Source: derived here; perceptual aliasing in general, Lajoie et al. 2019.
     """
-    rng = np.random.default_rng(rng)
-    known = _known(graph, poses)
-    least = _half_side(graph.group, known) if apart is None else float(apart)
-    group = graph.group
+    rng, group = np.random.default_rng(rng), graph.group
+    (known, least), anywhere = _known(graph, poses, apart), _pairs(graph.n, None, rng)
 
     def displaced(edges: Indices) -> Array:
         i, j = known[edges[..., 0]], known[edges[..., 1]]
         displacement = group.compose(i[:, :1], group.inverse(j[:, :1]))
         return group.between(i, group.compose(displacement, j))
 
-    draw = _most_similar(_anywhere(graph.n, rng), displaced, size, group, graph.n)
-    edges, relative = _find("groups", groups, size, draw, displaced, known, least)
-    return _with_outliers(graph, edges, relative, rng)
+    def most_similar(count: int) -> Indices:
+        # A street is similar to itself, shifted by some steps, so no segment overlaps its own.
+        pairs = anywhere(_POOL * count)
+        edges = _segments(pairs[pairs[:, 1] >= pairs[:, 0] + size], size, graph.n)
+        longest = np.linalg.norm(group.translation(displaced(edges)), axis=2).max(axis=1)
+        return np.asarray(edges[np.argsort(longest, kind="stable"), 0])
+
+    found = _find("groups", groups, size, most_similar, displaced, known, least)
+    return _with_outliers(graph, *found, rng)
 
 
 def spoil_closures(
@@ -163,9 +154,8 @@ def spoil_closures(
     """Return ``graph`` with a ``fraction`` of its closures replaced by outliers, and a mask.
 
     The mask is ``(m,)``, and the number is rounded. A replaced closure (i, j) measures another
-    pose of the map instead of pose j, drawn from those at least ``apart`` (m) from j in ``poses``
-    ``(n, 3)`` or ``(n, 3, 4)``, by default half of the longest side of the map. Its ends and its
-    information do not change, and its noise is drawn again.
+    pose of the map instead of pose j, drawn from those at least ``apart`` from j, as in
+    ``add_random_closures``. Its ends and its information stay, and its noise is drawn again.
 
     Raises:
         ValueError: ``fraction`` is not from 0 to 1, or no pose is that far from some j.
@@ -175,8 +165,7 @@ def spoil_closures(
     rng = np.random.default_rng(rng)
     if not 0.0 <= fraction <= 1.0:
         raise ValueError(f"fraction is {fraction}; give a number from 0 to 1")
-    known, group = _known(graph, poses), graph.group
-    least = _half_side(group, known) if apart is None else float(apart)
+    (known, least), group = _known(graph, poses, apart), graph.group
     closures = np.flatnonzero(~graph.is_odometry)
     count = round(fraction * closures.size)
     chosen = np.sort(rng.choice(closures, size=count, replace=False))
@@ -201,38 +190,33 @@ def _without_motion(
 ) -> tuple[PoseGraph, Mask]:
     """Add ``count`` groups of ``size`` outliers that all measure the identity."""
     rng = np.random.default_rng(rng)
-    known, group = _known(graph, poses), graph.group
-    default = _half_side if reach is None else _median_step
-    least = default(group, known) if apart is None else float(apart)
-    draw = _anywhere(graph.n, rng) if reach is None else _nearby(graph.n, reach, rng)
+    (known, least), group = _known(graph, poses, apart, reach is not None), graph.group
 
     def identity(edges: Indices) -> Array:
         return np.broadcast_to(group.identity(), (*edges.shape[:2], *group.POSE_SHAPE))
 
-    edges, relative = _find(name, count, size, draw, identity, known, least)
-    return _with_outliers(graph, edges, relative, rng)
+    draw = _pairs(graph.n, reach, rng)
+    found = _find(name, count, size, draw, identity, known, least)
+    return _with_outliers(graph, *found, rng)
 
 
-def _known(graph: PoseGraph, poses: ArrayLike | None) -> Array:
-    return spanning_tree(graph) if poses is None else check_poses("poses", poses, graph)
+def _known(
+    graph: PoseGraph, poses: ArrayLike | None, apart: float | None, nearby: bool = False
+) -> tuple[Array, float]:
+    """Return the poses, and how far (m) from them an outlier is at least."""
+    known = spanning_tree(graph) if poses is None else check_poses("poses", poses, graph)
+    place = graph.group.translation(known)
+    if apart is not None:
+        return known, float(apart)
+    if nearby:
+        return known, float(np.median(np.linalg.norm(np.diff(place, axis=0), axis=1)))
+    return known, 0.5 * float(np.ptp(place, axis=0).max())
 
 
-def _half_side(group: Group, known: Array) -> float:
-    return 0.5 * float(np.ptp(group.translation(known), axis=0).max())
-
-
-def _median_step(group: Group, known: Array) -> float:
-    steps = np.diff(group.translation(known), axis=0)
-    return float(np.median(np.linalg.norm(steps, axis=1)))
-
-
-def _anywhere(n: int, rng: np.random.Generator) -> _Draw:
-    """Draw both poses from the whole path."""
-    return lambda count: np.sort(rng.integers(n, size=(count, 2)), axis=1)
-
-
-def _nearby(n: int, reach: int, rng: np.random.Generator) -> _Draw:
-    """Draw pairs 2 to ``reach`` steps apart."""
+def _pairs(n: int, reach: int | None, rng: np.random.Generator) -> _Draw:
+    """Draw pairs from the whole path, or 2 to ``reach`` steps apart."""
+    if reach is None:
+        return lambda count: np.sort(rng.integers(n, size=(count, 2)), axis=1)
     if reach < 2:
         raise ValueError(f"reach is {reach}; give at least 2 steps")
 
@@ -241,21 +225,6 @@ def _nearby(n: int, reach: int, rng: np.random.Generator) -> _Draw:
         return np.stack([first, first + rng.integers(2, reach + 1, size=count)], axis=1)
 
     return draw
-
-
-def _most_similar(draw: _Draw, relation: _Relation, size: int, group: Group, n: int) -> _Draw:
-    """Sort pairs by the largest relative translation that their segments measure.
-
-    A straight street is always similar to itself, shifted by some steps, so none overlaps itself.
-    """
-
-    def sorted_draw(count: int) -> Indices:
-        pairs = draw(_POOL * count)
-        edges = _segments(pairs[pairs[:, 1] >= pairs[:, 0] + size], size, n)
-        longest = np.linalg.norm(group.translation(relation(edges)), axis=2).max(axis=1)
-        return np.asarray(edges[np.argsort(longest, kind="stable"), 0])
-
-    return sorted_draw
 
 
 def _segments(pairs: Indices, size: int, n: int) -> Indices:
@@ -276,57 +245,45 @@ def _find(
     kind = "pairs" if size == 1 else f"groups of {size}"
     most = (len(known) - 1) * (len(known) - 2) // 2 // size
     if count > most:
-        raise ValueError(
-            f"{name} is {count}, and {len(known)} poses have at most {most} {kind}; ask for fewer"
-        )
-    found: list[Indices] = []
-    taken: set[tuple[int, int]] = set()
-    enough = (1.0 - _TIE) * least
+        there = f"{len(known)} poses have at most {most} {kind}"
+        raise ValueError(f"{name} is {count}, and {there}; ask for fewer")
+    found, taken, group = list[Indices](), set[tuple[int, int]](), group_of(known)
     for _ in range(_ROUNDS):
         edges = _segments(draw(4 * count + 100), size, len(known))
-        for segment in edges[_displacements(known, edges, relation(edges)).min(axis=1) >= enough]:
+        # How far (m) each measurement displaces pose j.
+        measured = group.compose(known[edges[..., 0]], relation(edges))
+        off = group.translation(measured) - group.translation(known[edges[..., 1]])
+        far = np.linalg.norm(off, axis=-1).min(axis=1) >= (1.0 - _TIE) * least
+        for segment in edges[far]:
             pairs = {(int(i), int(j)) for i, j in segment}
             if taken.isdisjoint(pairs) and len(found) < count:
                 taken |= pairs
                 found.append(segment)
         if len(found) == count:
             chosen = np.array(found, dtype=np.intp).reshape(-1, size, 2)
-            poses = relation(chosen)
-            return chosen.reshape(-1, 2), poses.reshape(-1, *poses.shape[2:])
-    raise ValueError(
-        f"{name} is {count}, and only {len(found)} {kind} at least {least:.3g} m apart were "
-        "found; ask for fewer or lower apart"
-    )
-
-
-def _displacements(known: Array, edges: Indices, relative: Array) -> Array:
-    """Return the distance (m) by which each measurement displaces pose j, ``(k, size)``."""
-    group = group_of(known)
-    measured = group.compose(known[edges[..., 0]], relative)
-    error = group.translation(measured) - group.translation(known[edges[..., 1]])
-    return np.asarray(np.linalg.norm(error, axis=-1))
+            return chosen.reshape(-1, 2), relation(chosen).reshape(-1, *group.POSE_SHAPE)
+    words = f"at least {least:.3g} m apart were found; ask for fewer or lower apart"
+    raise ValueError(f"{name} is {count}, and only {len(found)} {kind} {words}")
 
 
 def _elsewhere(positions: Array, j: Indices, least: float, rng: np.random.Generator) -> Indices:
     """Draw for each pose of ``j`` another pose at a distance of at least ``least``."""
-    drawn = np.empty(len(j), dtype=np.intp)
-    for k, pose in enumerate(j):
+    drawn = []
+    for pose in j:
         distances = np.linalg.norm(positions - positions[pose], axis=1)
         far = np.flatnonzero(distances >= (1.0 - _TIE) * least)
         if far.size == 0:
-            raise ValueError(
-                f"apart is {least:.3g}, and no pose is that far from pose {pose}; lower it"
-            )
-        drawn[k] = rng.choice(far)
-    return drawn
+            words = f"apart is {least:.3g}, and no pose is that far from pose {pose}; lower it"
+            raise ValueError(words)
+        drawn.append(rng.choice(far))
+    return np.array(drawn, dtype=np.intp)
 
 
 def _with_outliers(
     graph: PoseGraph, edges: Indices, relative: Array, rng: np.random.Generator
 ) -> tuple[PoseGraph, Mask]:
     """Add closures that measure ``relative`` with the noise of inliers, and return their mask."""
-    model = np.flatnonzero(~graph.is_odometry)
-    model = np.arange(len(graph.edges)) if model.size == 0 else model
+    model = np.flatnonzero(~graph.is_odometry | graph.is_odometry.all())
     information = graph.information[rng.choice(model, size=len(edges))]
     measurement = _noisy(graph.group, relative, information, rng)
     longer = with_closures(graph, edges, measurement, information)

@@ -1,10 +1,8 @@
 """A pose graph in SE(2) or SE(3), as arrays, with its residuals and its cost.
 
-Edge k = (i, j) measures z = ``measurement[k]``, pose j in the frame of pose i. Its residual
-is Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm, with the information matrix in the same
-order: (ρx, ρy, θ) in SE(2), ρ and then the rotation vector in SE(3). The cost of a map is
-½ Σ ‖whitened residual‖². Below, D is 3 in SE(2) and 6 in SE(3), and poses are ``(n, 3)``
-or ``(n, 3, 4)`` as in ``se2`` and ``se3``.
+Edge k = (i, j) measures z = ``measurement[k]``, pose j in the frame of pose i. Its residual is
+Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm, with the information matrix in the same order:
+(ρx, ρy, θ) in SE(2), ρ and then the rotation vector in SE(3). D is 3 in SE(2) and 6 in SE(3).
 
 Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full logarithm.
 """
@@ -22,12 +20,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from robust_slam._arrays import Array, Ids, Indices, Mask, finite, mask, times
+from robust_slam._arrays import Array, Ids, Indices, Mask, finite, mask, refuse, times
 from robust_slam._words import counted
 from robust_slam.errors import Underdetermined
-from robust_slam.graphs import se2
-from robust_slam.graphs.group import Group, group_of, upward
-from robust_slam.graphs.rotations import check_rotations
+from robust_slam.groups import se2
+from robust_slam.groups.group import Group, group_of, upward
+from robust_slam.groups.rotations import check_rotations
 
 FEW = 8
 """The smallest number of steps that tell what is usual."""
@@ -91,12 +89,11 @@ class PoseGraph:
         Their deviations are medians, in m and in degrees, of one axis.
         """
         sessions = int(connected_parts(self.n, self.edges[self.is_odometry]).max()) + 1
-        odometry, closures = self.is_odometry, ~self.is_odometry
         rows = [
             ("poses", f"{self.n:,} in SE({self.group.DIMENSION})"),
             ("sessions", f"{sessions:,}"),
-            ("odometry", _described(self, odometry)),
-            ("closures", _described(self, closures)),
+            ("odometry", _described(self, self.is_odometry)),
+            ("closures", _described(self, ~self.is_odometry)),
         ]
         return "\n".join(f"{name:<10} {text}" for name, text in rows)
 
@@ -131,23 +128,19 @@ class PoseGraph:
 
 
 def checked_rows(n: int, group: Group, rows: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-    """Return the ``rows`` of ``PoseGraph`` by their names, checked and read-only.
+    """Return the ``rows`` of ``PoseGraph`` by their names, read-only, or raise its errors.
 
     Whether the edges connect the ``n`` poses is not checked.
-
-    Raises:
-        ValueError: as ``PoseGraph``.
     """
-    edges, is_odometry = checked_edges(rows["edges"], n), rows["is_odometry"]
+    edges, steps = checked_edges(rows["edges"], n), rows["is_odometry"]
     m = len(edges)
     measurement = checked_poses("measurement", rows["measurement"], group, m)
+    steps = steps_of(edges, measurement) if steps is None else steps
     return {
         "edges": edges,
         "measurement": measurement,
         "information": checked_information("information: edge", rows["information"], m, group.DOF),
-        "is_odometry": mask(
-            "is_odometry", steps_of(edges, measurement) if is_odometry is None else is_odometry, m
-        ),
+        "is_odometry": mask("is_odometry", steps, m),
     }
 
 
@@ -205,11 +198,7 @@ def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
 
 
 def checked_poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
-    """Return ``value`` as ``count`` poses of ``group``, read-only.
-
-    Raises:
-        ValueError: the shape differs, an entry is not finite, or a matrix is not a rotation.
-    """
+    """Return ``value`` as poses ``(count, …)`` of ``group``, read-only, or raise a ValueError."""
     poses = finite(name, value, (count, *group.POSE_SHAPE))
     if group is not se2:  # there every angle is valid
         check_rotations(f"{name}: the left part of entry", group.rotation(poses))
@@ -229,14 +218,9 @@ def checked_edges(value: ArrayLike, n: int) -> Indices:
         raise ValueError(f"edges: the shape is {edges.shape}; give (m, 2)")
     if not np.issubdtype(edges.dtype, np.integer) and edges.size:
         raise ValueError(f"edges: the entries are {edges.dtype}; give whole numbers")
-    outside = np.any((edges < 0) | (edges >= n), axis=1)
-    if np.any(outside):
-        k = int(np.argmax(outside))
-        raise ValueError(f"edges: edge {k} is {edges[k].tolist()}; poses are 0 to {n - 1}")
-    looped = edges[:, 0] == edges[:, 1]
-    if np.any(looped):
-        k = int(np.argmax(looped))
-        raise ValueError(f"edges: edge {k} joins pose {edges[k, 0]} to itself; drop it")
+    outside, (i, j) = np.any((edges < 0) | (edges >= n), axis=1), edges.T
+    refuse(outside, lambda k: f"edges: edge {k} is {edges[k].tolist()}; poses are 0 to {n - 1}")
+    refuse(i == j, lambda k: f"edges: edge {k} joins pose {i[k]} to itself; drop it")
     edges = edges.astype(np.intp)
     edges.flags.writeable = False
     return edges
@@ -245,32 +229,19 @@ def checked_edges(value: ArrayLike, n: int) -> Indices:
 def checked_information(told: str, value: ArrayLike, m: int, dof: int) -> Array:
     """Return ``value``, or one matrix for all, as information ``(m, dof, dof)``, read-only.
 
-    ``told`` names an entry in errors, such as "information: edge".
-
-    Raises:
-        ValueError: the shape differs, an entry is not finite, or a matrix is not symmetric,
-            not positive definite or out of range.
+    ``told`` names an entry in the ValueErrors of ``PoseGraph``, such as "information: edge".
     """
     one_for_all = np.shape(value) == (dof, dof)
     each = np.broadcast_to(np.asarray(value), (m, dof, dof)) if one_for_all else value
     information = finite(told.partition(":")[0], each, (m, dof, dof))
     skew = np.abs(information - np.swapaxes(information, 1, 2)).max(axis=(1, 2), initial=0.0)
     size = np.abs(information).max(axis=(1, 2), initial=0.0)
-    asymmetric = skew > 1e-9 * size
-    if np.any(asymmetric):
-        raise ValueError(f"{told} {int(np.argmax(asymmetric))} is not symmetric")
+    refuse(skew > 1e-9 * size, lambda k: f"{told} {k} is not symmetric")
     spectrum = np.linalg.eigvalsh(information)
-    indefinite = ~(spectrum[:, 0] > 0.0)
-    if np.any(indefinite):
-        raise ValueError(
-            f"{told} {int(np.argmax(indefinite))} is not positive definite; give the inverse "
-            "of a covariance"
-        )
-    beyond = out_of_range(spectrum)
-    if np.any(beyond):
-        raise ValueError(
-            f"{told} {int(np.argmax(beyond))} is outside 1e-60 to 1e60; give metres and radians"
-        )
+    indefinite, remedy = ~(spectrum[:, 0] > 0.0), "give the inverse of a covariance"
+    refuse(indefinite, lambda k: f"{told} {k} is not positive definite; {remedy}")
+    beyond, remedy = out_of_range(spectrum), "give metres and radians"
+    refuse(beyond, lambda k: f"{told} {k} is outside 1e-60 to 1e60; {remedy}")
     return information
 
 
@@ -285,20 +256,13 @@ def out_of_range(spectrum: NDArray[np.floating], limit: float = 1e60) -> Mask:
 
 
 def _check_connected(n: int, edges: Indices) -> None:
-    loose = np.flatnonzero(connected_parts(n, edges) > 0)
-    if loose.size:
-        raise ValueError(
-            f"edges: pose {loose[0]} is not joined to pose 0 ({loose.size} poses are not); "
-            "add an edge or drop the poses"
-        )
+    loose = connected_parts(n, edges) > 0
+    words = f"({loose.sum()} poses are not); add an edge or drop the poses"
+    refuse(loose, lambda k: f"edges: pose {k} is not joined to pose 0 {words}")
 
 
 def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
-    """Return the poses, ascending, that no path of ``used`` edges connects to pose 0.
-
-    Raises:
-        ValueError: ``used`` is not a boolean mask ``(m,)``.
-    """
+    """Return the poses, ascending, that no path of ``used`` edges ``(m,)`` connects to pose 0."""
     edges = graph.edges[mask("used", used, len(graph.edges))]
     return np.flatnonzero(connected_parts(graph.n, edges) > 0)
 
@@ -357,8 +321,7 @@ def _described(graph: PoseGraph, chosen: Mask) -> str:
     if not np.any(chosen):
         return "0"
     metres, radians = (np.median(sigma[chosen]) for sigma in deviations(graph))
-    words = f"each within about {metres:.3g} m and {np.degrees(radians):.3g}°"
-    return f"{int(np.sum(chosen)):,}, {words}"
+    return f"{chosen.sum():,}, each within about {metres:.3g} m and {np.degrees(radians):.3g}°"
 
 
 def check_graph(graph: PoseGraph) -> PoseGraph:
@@ -397,18 +360,25 @@ def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
     """
     m = len(check_graph(graph).edges)
     full = np.ones(m) if weights is None else finite("weights", weights, (m,))
-    if np.any(full < 0.0):
-        raise ValueError(f"weights: edge {int(np.argmax(full < 0.0))} weighs less than 0")
+    refuse(full < 0.0, lambda k: f"weights: edge {k} weighs less than 0")
     used = full > 0.0
-    if np.all(used) or (graph.odometry_joins_all and np.all(used[graph.is_odometry])):
-        return full
-    loose = unreached(graph, used)
+    if not (np.all(used) or (graph.odometry_joins_all and np.all(used[graph.is_odometry]))):
+        check_joined(connected_parts(graph.n, graph.edges[used]), "edge")
+    return full
+
+
+def check_joined(parts: Indices, link: str) -> None:
+    """Refuse weights that leave poses loose: their ``parts`` ``(n,)`` are not that of pose 0.
+
+    Raises:
+        Underdetermined: no edge, or another ``link``, of positive weight joins them.
+    """
+    loose = np.flatnonzero(parts != parts[0])
     if loose.size:
         raise Underdetermined(
-            f"weights: no edge of positive weight joins pose {loose[0]} to pose 0 "
-            f"({loose.size} poses are loose); trust the odometry or keep an edge"
+            f"weights: no {link} of positive weight joins pose {loose[0]} to pose 0 ({loose.size} "
+            f"poses are loose); trust the odometry or keep {'an' * (link == 'edge') or 'a'} {link}"
         )
-    return full
 
 
 def residuals(graph: PoseGraph, poses: Array) -> Array:
@@ -427,19 +397,13 @@ def relative_poses(graph: PoseGraph, poses: Array) -> Array:
 
 def residuals_of(graph: PoseGraph, relative: Array) -> Array:
     """Return Log(z⁻¹ ∘ p) ``(m, D)`` in m and rad; p, ``relative``, as in ``relative_poses``."""
-    group = graph.group
-    return group.log(group.compose(graph.inverse_measurement, relative))
+    return graph.group.log(graph.group.compose(graph.inverse_measurement, relative))
 
 
 def squared_norms(graph: PoseGraph, poses: Array) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
     r = residuals(graph, poses)
-    return np.asarray(np.maximum(np.sum(r * apply_information(graph, r), axis=1), 0.0))
-
-
-def apply_information(graph: PoseGraph, r: Array) -> Array:
-    """Return Ω r ``(m, D)`` for residuals ``r`` ``(m, D)`` in m and rad."""
-    return times(graph.information, r)
+    return np.asarray(np.maximum(np.sum(r * times(graph.information, r), axis=1), 0.0))
 
 
 def residual_norms(graph: PoseGraph, poses: Array) -> Array:
@@ -511,16 +475,15 @@ def with_closures(
     >>> with_closures(graph, [[0, 2]], [[1.9, 0, 0]], 4 * np.eye(3))
     <PoseGraph: 3 poses in SE(2), 3 edges, 1 of them closures>
     """
-    ends, poses, dof = np.asarray(edges), np.asarray(measurement), graph.group.DOF
-    each = np.broadcast_to(np.asarray(information), (len(ends), dof, dof))
-    later = {
-        "edges": ends.reshape(-1, 2),
-        "measurement": poses.reshape(-1, *graph.group.POSE_SHAPE),
-        "information": each,
-        "is_odometry": np.zeros(len(ends), dtype=np.bool_),
-    }
-    rows = {name: np.concatenate([getattr(graph, name), later[name]]) for name in ROWS}
-    return PoseGraph(graph.n, **rows)
+    ends, group = np.asarray(edges), graph.group
+    later = (
+        ends.reshape(-1, 2),
+        np.asarray(measurement).reshape(-1, *group.POSE_SHAPE),
+        np.broadcast_to(np.asarray(information), (len(ends), group.DOF, group.DOF)),
+        np.zeros(len(ends), dtype=np.bool_),
+    )
+    given = zip(ROWS, later, strict=True)
+    return PoseGraph(graph.n, *(np.concatenate([getattr(graph, k), rows]) for k, rows in given))
 
 
 def concatenate(
@@ -529,7 +492,8 @@ def concatenate(
     """Return one graph of several, such as drives or robots, that further closures join.
 
     The poses of each graph follow those of the one before: pose k of ``graphs[1]`` becomes
-    ``graphs[0].n + k``. The closures are as in ``with_closures``, between poses as they are then.
+    ``graphs[0].n + k``. The k closures, arrays ``(k, …)`` as in ``with_closures``, are between
+    poses as they are then.
 
     Raises:
         ValueError: as ``PoseGraph``, for instance where no closure joins a graph to the others;

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.graphs.group import Group, group_of
 from robust_slam.graphs.pose_graph import (
     ROWS,
     PoseGraph,
@@ -22,6 +21,7 @@ from robust_slam.graphs.pose_graph import (
     from_checked,
     unreached,
 )
+from robust_slam.groups.group import Group, group_of
 from robust_slam.solver.noise import rescaled_information
 
 

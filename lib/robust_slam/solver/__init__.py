@@ -75,40 +75,57 @@ def solve(
 ) -> Answer:
     """Return the map of ``graph`` without its outliers, its certificate and its support.
 
-    The odometry is trusted, except for steps that slipped (``Answer.slips``): they measured what
-    other steps did not, or many closures contradict them, and without them the map has much more
-    evidence. Where the odometry has gaps, it leaves several sessions: a tree of closures
-    that agree with most others joins them, and these are trusted too (``Answer.bridges``). An
-    inlier passes each test with ``probability``. ``progress`` shows a bar, or is a function that
-    is told each stage; stages are logged in any case.
-
     DCS, Geman–McClure and GNC descend from odometry, over all closures, and GNC over those that
     PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
     others are left out.
 
-    The deviations that the file claims are a first guess only: those of odometry and closures,
-    positions and rotations, are found from the kept edges (``Answer.noise``), and used for
-    thresholds, weights and the certificate. With ``find_noise`` False the claims hold.
+    Parameters
+    ----------
+    graph
+        Its odometry is trusted, except for steps that slipped (``Answer.slips``): they measured
+        what other steps did not, or many closures contradict them, and without them the map has
+        much more evidence. Where the odometry has gaps, it leaves several sessions: a tree of
+        closures that agree with most others joins them, and these are trusted too
+        (``Answer.bridges``).
+    probability
+        An inlier passes each test with it.
+    start
+        Poses ``(n, 3)`` or ``(n, 3, 4)`` from which all descend, in place of odometry.
+    threshold
+        The largest norm of an inlier, in place of the one that ``probability`` gives.
+    prior
+        What you know of each edge ``(m,)`` besides: 1 is right and never rejected, 0 is wrong and
+        never kept, and of the others, ½, the measurements tell. No number between is taken,
+        because the search keeps or rejects an edge as a whole and weighs no probabilities: a
+        score of your recogniser has to become one of the three by a threshold of yours.
+    find_noise
+        The deviations that the file claims are a first guess only: those of odometry and
+        closures, positions and rotations, are found from the kept edges (``Answer.noise``), and
+        used for thresholds, weights and the certificate. If False the claims hold.
+    progress
+        True shows a bar, and a function is told each stage; stages are logged in any case.
+    max_seconds
+        After so much CPU time (s) the best map so far is returned, with TIME_LIMIT as
+        ``Answer.stop`` or as the ``stop`` of the certificate. Each stage takes one step at least.
 
-    What you know besides can be told. All descend from the poses ``start`` ``(n, 3)`` or
-    ``(n, 3, 4)`` in place of odometry, ``threshold`` is the largest norm of an inlier in place of
-    the one that ``probability`` gives, and ``prior`` ``(m,)`` tells of each edge whether it is
-    right: 1 is never rejected, 0 never kept, and of the others, 0.5, the measurements tell.
+    Raises
+    ------
+    TypeError
+        ``graph`` is not a pose graph, or there are ``others`` among the options.
+    ValueError
+        ``probability`` is not inside (0, 1), or ``max_seconds`` is negative, or a step of the
+        odometry is so long beside the others that no map holds both; ``start``, ``threshold`` or
+        ``prior`` does not fit, a prior is another number, or they leave poses that no edge joins.
 
-    After ``max_seconds`` of CPU time the best map so far is returned, with TIME_LIMIT as
-    ``Answer.stop`` or as the ``stop`` of the certificate. Each stage takes at least one step.
+    Source
+    ------
+    Geman and McClure 1985, Agarwal et al. 2013, Yang et al. 2020 and Mangelson et al. 2018 for
+    the descents, Rosen et al. 2019 for the certificate.
 
-    Raises:
-        TypeError: ``graph`` is not a pose graph, or there are ``others`` among the options.
-        ValueError: ``probability`` is not inside (0, 1), or ``max_seconds`` is negative, or a
-            step of the odometry is so long beside the others that no map holds both; ``start``,
-            ``threshold`` or ``prior`` does not fit, or leaves poses that no edge joins.
-
-    Source: Geman and McClure 1985, Agarwal et al. 2013, Yang et al. 2020 and Mangelson et al.
-    2018 for the descents, Rosen et al. 2019 for the certificate.
-
+    Examples
+    --------
     >>> import numpy as np
     >>> from robust_slam.graphs import add_random_closures, manhattan
     >>> rng = np.random.default_rng(0)
@@ -144,8 +161,8 @@ def solve(
         if start is None:
             x0 = spanning_tree(graph, trusted.astype(np.float64))
         else:
-            given = check_poses("start", start, graph)
-            x0 = graph.group.between(given[0], given)
+            poses = check_poses("start", start, graph)
+            x0 = graph.group.between(poses[0], poses)
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
@@ -153,13 +170,14 @@ def solve(
             graph, x0, given, trusted, threshold, find_noise, tell, until, entropy, none
         )
         candidates = search.candidates()
-        best = max(candidates, key=evidence_of)
+        best = search.refined(max(candidates, key=evidence_of))
         tell("slips of the odometry are looked for")
         agreement = compared(search, best)
         search, best = find_slips(search, best, agreement)
         slipped = bool(np.any(search.slips))
-        candidates.extend([best] if slipped else [])
-        best = search.refined(best)
+        if slipped:
+            candidates.append(best)
+            best = search.refined(best)
         tell("rivals are looked for")
         found = list(contests(search, best, None if slipped else agreement))
         search, best, found = unbeaten(search, best, found)

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
+from robust_slam.groups.group import Group
 from robust_slam.solver.fitted import Fitted, relative_squares
 
 _NEARBY = 1 / 3

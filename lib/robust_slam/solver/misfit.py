@@ -17,9 +17,9 @@ import numpy as np
 from scipy.special import bdtrc, chdtrc
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.group import group_of
 from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
+from robust_slam.groups.group import group_of
 from robust_slam.solver.fitted import Fitted, relative_squares
 
 _WORST = 8

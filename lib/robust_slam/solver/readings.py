@@ -17,7 +17,7 @@ import numpy as np
 
 from robust_slam._arrays import Indices, Mask
 from robust_slam.consistency.pairwise import pairwise_consistent
-from robust_slam.graphs.doubts import rolled
+from robust_slam.files.doubts import rolled
 from robust_slam.graphs.pose_graph import PoseGraph, deviations, residual_norms
 from robust_slam.progress import Progress, stages
 from robust_slam.solver import solve

@@ -24,7 +24,7 @@ from robust_slam._deadline import Deadline
 from robust_slam.consistency.bridges import find_bridges
 from robust_slam.consistency.pairwise import pairwise_distances
 from robust_slam.estimators.graduation import gnc
-from robust_slam.graphs.forest import find_forest, poses_along
+from robust_slam.graphs.odometry import find_forest, poses_along
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     connected_parts,

@@ -26,8 +26,7 @@ from robust_slam.consistency.bridges import find_bridges
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.estimators import kernels
 from robust_slam.estimators.reweighting import irls
-from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along
-from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.graphs.odometry import Ancestors, Forest, find_forest, poses_along, spanning_tree
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     connected_parts,

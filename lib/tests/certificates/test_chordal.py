@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from robust_slam.certificates import chordal
 from robust_slam.certificates.chordal import ChordalProblem
-from robust_slam.graphs import PoseGraph, pose_graph, se3
+from robust_slam.graphs import PoseGraph, pose_graph
 from robust_slam.graphs.pose_graph import precisions
+from robust_slam.groups import se3
 
 from ..worlds import random_graph
 from .dense import data_matrix, lift

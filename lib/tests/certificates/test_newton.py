@@ -15,10 +15,10 @@ from robust_slam.certificates.tangent import stationarity
 from robust_slam.descent.start import chordal as chordal_start
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import NotConverged
-from robust_slam.graphs import se2
 from robust_slam.graphs.generate import Noise, circle, sphere
 from robust_slam.graphs.odometry import dead_reckoning
-from robust_slam.graphs.rotations import nearest_stiefel
+from robust_slam.groups import se2
+from robust_slam.groups.rotations import nearest_stiefel
 
 from ..worlds import building, measured, random_information, refused, shaken, walked
 

@@ -7,8 +7,8 @@ import pytest
 from robust_slam.certificates import Verdict, certificate, certify, chordal
 from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
 from robust_slam.certificates.newton import polish
-from robust_slam.graphs import se2, se3
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2, se3
 
 from ..worlds import about_z, refused, ring, unit_information
 from .dense import lift, marginalised

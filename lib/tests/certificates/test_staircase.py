@@ -7,7 +7,8 @@ from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import rounded, solve_certified
-from robust_slam.graphs import PoseGraph, se3
+from robust_slam.graphs import PoseGraph
+from robust_slam.groups import se3
 
 from ..worlds import assert_same_poses, ring
 from .dense import data_matrix, marginalised

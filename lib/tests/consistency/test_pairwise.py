@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from robust_slam.consistency.pairwise import pairwise_consistent, pairwise_distances, pcm
 from robust_slam.estimators.thresholds import chi_square_threshold
-from robust_slam.graphs import circle, manhattan, se2, sphere
+from robust_slam.graphs import circle, manhattan, sphere
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.groups import se2
 
 from ..worlds import (
     measured,

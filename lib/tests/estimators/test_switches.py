@@ -6,7 +6,8 @@ from robust_slam.errors import Underdetermined
 from robust_slam.estimators import StopReason, kernels
 from robust_slam.estimators import switched_cost as cost_of
 from robust_slam.estimators.switches import dcs, dcs_switch, joint_switchable, switch, switchable
-from robust_slam.graphs import Noise, circle, pose_graph, se2
+from robust_slam.graphs import Noise, circle, pose_graph
+from robust_slam.groups import se2
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 
 from ..worlds import cost_never_rises, curving_walk, refused, shaken, slopes

@@ -2,7 +2,8 @@
 
 import numpy as np
 from robust_slam.factors import FactorGraph, Factors
-from robust_slam.graphs import se3, sphere
+from robust_slam.graphs import sphere
+from robust_slam.groups import se3
 
 from ..worlds import random_graph, random_information
 

@@ -17,8 +17,8 @@ from robust_slam.estimators.switches import dcs
 from robust_slam.factors import FactorGraph, FactorGraphProblem, Factors, park
 from robust_slam.factors.equations import FactorEquations, descend
 from robust_slam.factors.problem import thresholds_of
-from robust_slam.graphs import se3
 from robust_slam.graphs.pose_graph import residual_norms
+from robust_slam.groups import se3
 from robust_slam.problems import PoseGraphProblem
 
 from ..worlds import assert_same_poses, curving_walk, refused, shaken

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from robust_slam.factors import FactorGraphProblem, read_factors
 from robust_slam.factors.equations import FactorEquations
-from robust_slam.graphs import se2, se3
-from robust_slam.graphs.graph_file import GraphFileError
+from robust_slam.files.graph_file import GraphFileError
+from robust_slam.groups import se2, se3
 from scipy.spatial.transform import Rotation
 
 from ..worlds import assert_same_poses, random_information, random_poses, refused

@@ -10,8 +10,9 @@ from robust_slam.estimators import StopReason
 from robust_slam.factors import FactorGraph, FactorGraphProblem, park, solve_factors
 from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.evidence import evidence
-from robust_slam.graphs import dead_reckoning, manhattan, se2
+from robust_slam.graphs import dead_reckoning, manhattan
 from robust_slam.graphs.pose_graph import with_closures
+from robust_slam.groups import se2
 
 from ..worlds import refused
 from .made import error, flight

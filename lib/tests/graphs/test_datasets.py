@@ -9,7 +9,8 @@ from threading import Thread
 import numpy as np
 import pooch
 import pytest
-from robust_slam.graphs import datasets, files, generate
+from robust_slam.files import datasets, reading
+from robust_slam.graphs import generate
 
 STAND_INS = {
     name: f"# {name}\nEDGE_SE2 0 1 {k}.5 0 0 1 0 0 1 0 1\n".encode()
@@ -95,7 +96,7 @@ def test_a_missing_graph_is_an_error_with_both_ways_out_and_is_not_downloaded(mo
 
     monkeypatch.setattr("socket.socket.connect", refuse)
     assert issubclass(datasets.DatasetMissing, FileNotFoundError)
-    ways = "-m robust_slam.graphs.datasets.*make data.*ROBUST_SLAM_DATA"
+    ways = "-m robust_slam.files.datasets.*make data.*ROBUST_SLAM_DATA"
     for name in datasets.NAMES:
         with pytest.raises(datasets.DatasetMissing, match=ways):
             datasets.load(name)
@@ -106,7 +107,7 @@ def test_an_unknown_name_is_refused_with_the_known_ones():
         datasets.load("Intel")
 
 
-@pytest.mark.parametrize("load", [datasets.load, files.load])
+@pytest.mark.parametrize("load", [datasets.load, reading.load])
 @pytest.mark.parametrize("where", ["machine", "folder"])
 def test_a_file_of_other_content_is_refused_by_its_path(request, where, load):
     path = put(request.getfixturevalue(where), "intel", STAND_INS["intel"] + b"\n")

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 import robust_slam as rs
-from robust_slam.graphs.g2o import write
+from robust_slam.files.g2o import write
+from robust_slam.files.graph_file import GraphFileError
+from robust_slam.files.matrices import definite
+from robust_slam.files.reading import read
 from robust_slam.graphs.generate import manhattan
-from robust_slam.graphs.graph_file import GraphFileError
-from robust_slam.graphs.matrices import definite
-from robust_slam.graphs.reading import read
 
 
 def indefinite(seed, d, count=40):

@@ -4,9 +4,16 @@ from functools import reduce
 
 import numpy as np
 import pytest
-from robust_slam.graphs.forest import Ancestors, Forest, find_forest, sums_along
 from robust_slam.graphs.generate import manhattan
-from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
+from robust_slam.graphs.odometry import (
+    Ancestors,
+    Forest,
+    dead_reckoning,
+    find_forest,
+    sessions,
+    spanning_tree,
+    sums_along,
+)
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
 from ..worlds import (

@@ -9,16 +9,16 @@ import robust_slam as rs
 from evo.tools import file_interface
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robust_slam.graphs import g2o
+from robust_slam.files import g2o
+from robust_slam.files.graph_file import GraphFileError
+from robust_slam.files.reading import read_poses
+from robust_slam.files.trajectories import write_kitti, write_tum
 from robust_slam.graphs.generate import manhattan, sphere
-from robust_slam.graphs.graph_file import GraphFileError
 from robust_slam.graphs.pose_graph import relative_poses, unreached
-from robust_slam.graphs.reading import read_poses
-from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
 from ..worlds import assert_same_poses, refused
-from .test_g2o import PLANE, SPACE, SPACE_UNIT, UNIT, assert_same_bits
+from .test_g2o import PLANE, SPACE, SPACE_UNIT, UNIT, assert_same_bits, put, read
 
 ROTATION_FIRST = [3, 4, 5, 0, 1, 2]
 TRIANGLE = np.arange(1.0, 22.0)
@@ -43,16 +43,6 @@ VERTEX_SE2 0.1 A9 0 0 0
 EDGE_SE2 1.5 A9 A10 0.1 0.2 0.3 0.04 0.001 0.002 0.09 0.003 0.01
 EDGE_SE2 2.5 A10 B2 1 2 0.3 0.04 0 0 0.09 0 0.01
 """
-
-
-def put(folder, content, name="graph.txt"):
-    path = folder / name
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return path
-
-
-def read(folder, content, **options):
-    return rs.read(put(folder, content), **options)
 
 
 def assert_refused(path, message, of=None, **options):
@@ -82,11 +72,12 @@ def test_the_angles_of_toro_turn_about_x_then_y_then_z(tmp_path):
 
 
 def test_toro_lines_in_the_order_of_g2o_are_read_so_and_said_to_be(tmp_path):
-    found = read(tmp_path, "EDGE2 0 1 1 0 0 4 1 0 5 0 9\nEDGE2 1 2 1 0 0 4 0 0 5 0 9\n")
+    found = read(tmp_path, "EDGE2 0 1 1 0 0 4 1 0 5 0 9\nEQUIV 2 0\nEDGE2 1 2 1 0 0 4 0 0 5 0 9\n")
     np.testing.assert_array_equal(found.graph.information[0], [[4, 1, 0], [1, 5, 0], [0, 0, 9]])
     assert "EDGE2 lines are read row by row, as in g2o" in found.summary()
+    assert "skipped 1 line with the tag EQUIV" in found.summary()
     with pytest.raises(
-        GraphFileError, match=r"graph.txt:2: the information matrix is not positive"
+        GraphFileError, match=r"graph.g2o:2: the information matrix is not positive"
     ):
         read(tmp_path, "EDGE2 0 1 1 0 0 4 0 5 9 0 0\nEDGE2 1 2 1 0 0 4 0 0 5 0 9\n")
 
@@ -141,38 +132,6 @@ def test_files_of_gtsam_are_read_as_gtsam_reads_them(gtsam, name):
     assert (graph.n, len(graph.edges), int(np.sum(~graph.is_odometry))) == IN_GTSAM[name]
     toro = any(tag in path.read_text() for tag in ("EDGE2", "EDGE3"))
     assert_as_gtsam(gtsam, path, toro=toro, unknown="skip")
-
-
-@pytest.mark.parametrize(
-    ("name", "size", "skipped", "noted"),
-    [
-        ("goats_15.pyfg", (473, 472), {"VERTEX_XY": 3, "EDGE_RANGE": 786}, "no edge is a loop"),
-        ("goats_16.pyfg", (201, 200), {"VERTEX_XY": 4, "EDGE_RANGE": 572}, "no edge is a loop"),
-        ("victoriaPark_reduced_1k.g2o", (1000, 999), {"LANDMARK2": 606}, "no edge is a loop"),
-        ("w100_30.g2o", (30, 59), {}, "read row by row"),
-    ],
-)
-def test_what_is_not_used_of_files_of_gtsam_is_said(gtsam, name, size, skipped, noted):
-    found = rs.read(Path(gtsam.__file__).parent / "Data" / name, unknown="skip")
-    assert (found.graph.n, len(found.graph.edges)) == size
-    assert found.skipped == skipped
-    for tag, count in skipped.items():
-        assert f"skipped {count} lines with the tag {tag}" in found.summary()
-    assert noted in found.summary()
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("T1_city10000_04.txt", "1: EDGE2 has 8 fields behind it; give 11"),
-        ("sphere_smallnoise.graph", "2201: EDGE3 has 8 fields behind it; give 29"),
-        ("victoria_park.txt", "1: the tag 'ODOMETRY' is unknown"),
-        ("example_with_vertices.g2o", "9: the tag 'VERTEX_TRACKXYZ' is unknown"),
-        ("VO_camera_poses_large.txt", "1: 17 numbers are no pose of a trajectory; give 8"),
-    ],
-)
-def test_files_of_gtsam_that_are_no_such_graphs_are_refused_by_line(gtsam, name, message):
-    assert_refused(Path(gtsam.__file__).parent / "Data" / name, message)
 
 
 def test_pyfg_gives_covariances_and_ids_with_the_letter_of_a_robot(tmp_path):
@@ -413,13 +372,13 @@ def test_closures_are_a_part_of_what_is_said_about_the_file(tmp_path, caplog):
     assert found.skipped == {"VERTEX_TRACKXYZ": 1}
     assert "line 2 gives edge 0-2 once more with the same numbers" in found.summary()
     with caplog.at_level(logging.WARNING):
-        rs.load(tmp_path / "graph.txt", closures=closures, **options)
+        rs.load(tmp_path / "graph.g2o", closures=closures, **options)
     assert all(words in caplog.text for words in found.remarks())
 
 
 def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp_path):
     path = put(tmp_path, TUM)
-    with pytest.raises(GraphFileError, match=r"graph.txt: a traj.*odometry=\(0.05, 0.01\) in m"):
+    with pytest.raises(GraphFileError, match=r"graph.g2o: a traj.*odometry=\(0.05, 0.01\) in m"):
         rs.read(path)
     with pytest.raises(ValueError, match=r"odometry is 0.0; give a finite number above 0"):
         rs.read(path, odometry=(0.1, 0.0))
@@ -450,6 +409,10 @@ def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp
 def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path, wrong, message):
     with pytest.raises(GraphFileError, match=rf"graph.g2o: {message}"):
         rs.load(put(tmp_path, wrong, "graph.g2o"))
+
+
+def test_fields_between_spaces_and_commas_are_no_trajectory(tmp_path):
+    assert_refused(put(tmp_path, "5 1,1,0,0,1,0,0,0 9\n"), "1: the tag '5' is unknown; if it is a")
 
 
 def test_a_folder_is_named_as_what_it_may_be(tmp_path):

@@ -5,9 +5,10 @@ import stat
 
 import numpy as np
 import pytest
-from robust_slam.graphs import datasets, g2o, pose_graph
-from robust_slam.graphs.graph_file import GraphFileError
-from robust_slam.graphs.reading import read as read_file
+from robust_slam.files import datasets, g2o
+from robust_slam.files.graph_file import GraphFileError
+from robust_slam.files.reading import read as read_file
+from robust_slam.graphs import pose_graph
 from scipy.spatial.transform import Rotation
 
 from ..worlds import assert_same_poses, public_graph, random_graph, refused
@@ -29,14 +30,14 @@ EDGE_SE3:QUAT 0 1 1 0 0 0 0 0.6 0.8 {SPACE_UNIT}
 """
 
 
-def put(folder, text):
-    path = folder / "graph.g2o"
+def put(folder, text, name="graph.g2o"):
+    path = folder / name
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return path
 
 
-def read(folder, text):
-    return read_file(put(folder, text))
+def read(folder, text, **options):
+    return read_file(put(folder, text), **options)
 
 
 def written_and_read(folder, record):
@@ -137,18 +138,18 @@ def test_what_changes_no_number_is_accepted(tmp_path, harmless, end):
 
 
 @pytest.mark.parametrize(
-    ("ends", "leaps"),
+    ("ends", "leap"),
     [
-        ([(0, 1), (1, 2), (2, 3), (3, 900), (900, 901)], [3]),
-        ([(0, 1), (1, 2), (901, 900), (900, 2), (0, 900)], [3]),
-        ([(10, 20), (20, 30), (30, 40), (10, 40)], []),
-        ([(7, 9000)], []),
-        ([(0, 1), (1, 2), (0, 900), (900, 901)], []),
+        ([(0, 1), (1, 2), (2, 3), (3, 900), (900, 901)], "edge 3-900 crosses a gap"),
+        ([(0, 1), (1, 2), (901, 900), (900, 2), (0, 900)], "edge 900-2 crosses a gap"),
+        ([(10, 20), (20, 30), (30, 40), (10, 40)], ""),
+        ([(7, 9000)], ""),
+        ([(0, 1), (1, 2), (0, 900), (900, 901)], ""),
     ],
 )
-def test_odometry_across_a_gap_in_the_ids_is_listed(tmp_path, ends, leaps):
+def test_odometry_across_a_gap_in_the_ids_is_told(tmp_path, ends, leap):
     found = read(tmp_path, "".join(f"EDGE_SE2 {i} {j} 1 0 0 {UNIT}\n" for i, j in ends))
-    assert found.leaps.tolist() == leaps
+    assert leap in found.summary() and ("a gap" in found.summary()) == bool(leap)
 
 
 SECOND = "VERTEX_SE2 1 1 0 0.5"

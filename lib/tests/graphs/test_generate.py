@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3
+from robust_slam.graphs import dead_reckoning, pose_graph
 from robust_slam.graphs.generate import Noise, circle, manhattan, sphere
-from robust_slam.graphs.group import group_of
+from robust_slam.groups import se2, se3
+from robust_slam.groups.group import group_of
 
 from ..worlds import assert_same_poses
 

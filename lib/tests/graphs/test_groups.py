@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robust_slam.graphs import group as groups
-from robust_slam.graphs import se2, se3
+from robust_slam.groups import group as groups
+from robust_slam.groups import se2, se3
 
 from ..worlds import assert_same_poses, random_poses, random_twists, slopes
 
@@ -128,18 +128,11 @@ def test_one_pose_goes_with_many(group, poses):
     np.testing.assert_array_equal(group.compose(poses, poses[0]), group.compose(poses, one))
 
 
-@pytest.mark.parametrize("name", FUNCTIONS_OF_POSES)
-@pytest.mark.parametrize("value", [1.0, [1.0, 2.0], np.zeros((3, 2)), np.zeros((2, 5))])
-def test_arrays_that_hold_no_poses_are_refused(group, name, value):
+@pytest.mark.parametrize("name", [*FUNCTIONS_OF_POSES, "exp", "inverse_right_jacobian"])
+@pytest.mark.parametrize("value", [1.0, np.zeros((3, 2)), np.zeros((2, 5))])
+def test_arrays_that_hold_neither_poses_nor_tangent_vectors_are_refused(group, name, value):
     with pytest.raises(ValueError, match=r"the shape is .* give \(…, "):
         getattr(group, name)(value)
-
-
-@pytest.mark.parametrize("value", [1.0, np.zeros((3, 2)), np.zeros((2, 5))])
-def test_arrays_that_hold_no_tangent_vectors_are_refused(group, value):
-    for name in ("exp", "inverse_right_jacobian"):
-        with pytest.raises(ValueError, match=r"the shape is .* give \(…, "):
-            getattr(group, name)(value)
 
 
 def test_the_group_is_told_by_the_shape():

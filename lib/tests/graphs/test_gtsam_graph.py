@@ -4,7 +4,9 @@ import sys
 
 import numpy as np
 import pytest
-from robust_slam.graphs import gtsam_graph, pose_graph, se2
+from robust_slam.files import gtsam_graph
+from robust_slam.graphs import pose_graph
+from robust_slam.groups import se2
 
 from ..worlds import GROUPS, assert_same_poses, random_graph
 

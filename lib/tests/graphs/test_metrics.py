@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robust_slam.graphs import se2, se3
 from robust_slam.graphs.metrics import align, ate, nees, precision_recall
+from robust_slam.groups import se2, se3
 
 from ..worlds import assert_same_poses, leave_out, random_poses, refused
 

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from robust_slam.graphs import circle, outliers, pose_graph, se2
+from robust_slam.graphs import circle, outliers, pose_graph
 from robust_slam.graphs.outliers import (
     add_aliased_closures,
     add_grouped_closures,
@@ -12,6 +12,7 @@ from robust_slam.graphs.outliers import (
     add_random_closures,
     spoil_closures,
 )
+from robust_slam.groups import se2
 
 from ..worlds import assert_same_poses, measured, random_information, refused, walked
 

@@ -1,6 +1,5 @@
 """A pose graph refuses what is wrong with it, and its residuals obey their laws."""
 
-import re
 from dataclasses import replace
 
 import networkx
@@ -8,8 +7,10 @@ import numpy as np
 import pandas
 import pytest
 import robust_slam as rs
-from robust_slam.graphs import concatenate, manhattan, pose_graph, se3, to_columns, to_rows
+from robust_slam.files import to_columns, to_rows
+from robust_slam.graphs import concatenate, manhattan, pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph, deviations, select
+from robust_slam.groups import se3
 from scipy.spatial.transform import Rotation
 
 from ..worlds import perturbed, random_graph, refused, slopes
@@ -111,14 +112,6 @@ def test_a_matrix_that_is_no_rotation_is_refused_by_number():
             PoseGraph(6, graph.edges, measurement, graph.information, graph.is_odometry)
 
 
-def test_poses_of_another_shape_or_group_are_refused():
-    _, graph = random_graph(12, se3)
-    for shape in ((6, 3), (5, 3, 4)):
-        message = re.escape(f"guess: the shape is {shape}; give (6, 3, 4)")
-        with pytest.raises(ValueError, match=message):
-            pose_graph.check_poses("guess", np.zeros(shape), graph)
-
-
 def test_selected_edges_are_a_graph_of_their_own(group):
     poses, graph = random_graph(13, group)
     used = np.arange(9) != 7
@@ -139,15 +132,6 @@ def test_indices_in_place_of_a_mask_are_refused():
             choose(graph, ones)
         with pytest.raises(ValueError, match=r"used: the shape is \(4,\)"):
             choose(graph, [3, 4, 6, 7])
-
-
-def test_unreached_names_the_poses_behind_unused_edges():
-    _, graph = random_graph(7, n=5, m=5)
-    chain = PoseGraph(
-        4, [[0, 1], [2, 1], [2, 3]], graph.measurement[:3], graph.information[:3], [True] * 3
-    )
-    assert pose_graph.unreached(chain, np.array([True, True, True])).tolist() == []
-    assert pose_graph.unreached(chain, np.array([True, False, True])).tolist() == [2, 3]
 
 
 def test_graphs_are_equal_where_all_numbers_are():

@@ -9,14 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.executor.seeds import SHARED_TOWN
-from robust_slam_autograder.grading import passes
+from robust_slam_autograder.grading.passes import Pass
 from robust_slam_autograder.grading.results import ExerciseResult, Result, without_grade
 from robust_slam_autograder.grading.submissions import Outcome
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
-from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reading.defaults import Limits
+from robust_slam_autograder.reading.assignment import Assignment, Limits
 from robust_slam_autograder.reading.submission import Code
 
 from tests.assignments.mutation.bare_fork import BareFork
@@ -132,8 +130,7 @@ def _result(exercise: Exercise, source: str, seed: int) -> Result:
     )
     code = replace(exercise.reference, pieces=pieces)
     # The pass over whole cases alone: it has the visible checks too.
-    whose = "mutant", exercise.assignment, code, SHARED_TOWN
-    return passes.finish(*whose, _NOT_SEEN, seed=seed, sandbox=BareFork()).result
+    return Pass("mutant", exercise.assignment, code, BareFork()).finish(_NOT_SEEN, seed).result
 
 
 def _limits(given: Limits, seconds: float) -> Limits:

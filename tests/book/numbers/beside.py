@@ -17,9 +17,10 @@ from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.fleet.robot import Message
 from robust_slam.fleet.rounds import Fleet
-from robust_slam.graphs import pose_graph, se3
+from robust_slam.graphs import pose_graph
 from robust_slam.graphs.metrics import ate
 from robust_slam.graphs.odometry import dead_reckoning, spanning_tree
+from robust_slam.groups import se3
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
 from robust_slam_course import pipeline
 from robust_slam_course.failures import FAULTS, measured

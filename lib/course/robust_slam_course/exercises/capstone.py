@@ -21,7 +21,8 @@ from robust_slam.consistency import cliques, pairwise
 from robust_slam.drawing import draw_map, legend_below
 from robust_slam.estimators import graduation as annealing
 from robust_slam.estimators.thresholds import chi_square_threshold
-from robust_slam.graphs import datasets, generate, metrics, outliers, pose_graph
+from robust_slam.files import datasets
+from robust_slam.graphs import generate, metrics, outliers, pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
@@ -140,7 +141,7 @@ def beside_gtsam(student: Pipeline) -> Figure | None:
 @picture("", "x (m)", "y (m)", height=5.2)
 def _beside_gtsam(ax: Axes, student: Pipeline) -> None:
     import gtsam
-    from robust_slam.graphs.gtsam_graph import poses_from_gtsam, to_gtsam
+    from robust_slam.files.gtsam_graph import poses_from_gtsam, to_gtsam
 
     graph, _, _ = _public()
     kept, yours, _ = _answer(graph, student)

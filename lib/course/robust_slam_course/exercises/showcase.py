@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 from robust_slam import descent as solver
 from robust_slam._arrays import Array, Mask, finite
 from robust_slam.drawing import draw_map, legend_below
-from robust_slam.graphs import metrics, pose_graph, se2
+from robust_slam.graphs import metrics, pose_graph
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.groups import se2
 from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from robust_slam.certificates import sdp
-from robust_slam.graphs import se2
+from robust_slam.groups import se2
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 from robust_slam._arrays import Mask
 from robust_slam.drawing import decision_legend, draw_map, map_legend
-from robust_slam.graphs import se2
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.groups import se2
 
 from robust_slam_course.style import figure_style
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, finite
-from robust_slam.graphs import se2
+from robust_slam.groups import se2
 from robust_slam.palette import PALETTE
 
 from robust_slam_course.style import LOOKS

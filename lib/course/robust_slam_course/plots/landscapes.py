@@ -9,7 +9,7 @@ from robust_slam._arrays import Array, Indices, finite, positive
 from robust_slam.estimators.kernels import Kernel
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
-from robust_slam.graphs import se2
+from robust_slam.groups import se2
 from robust_slam.palette import PALETTE
 from robust_slam.problems import LocationProblem
 

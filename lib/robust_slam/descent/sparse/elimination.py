@@ -37,13 +37,8 @@ class Costs(NamedTuple):
 
         Its triangle has k³/3 multiplications, which take three times as long as the others.
         """
-        multiplications = k * (k * k + r * (k + r))
-        return (
-            self.front
-            + self.multiplication * multiplications
-            + self.update * r * r
-            + self.stored * k * (k + r)
-        )
+        work = self.multiplication * (k * (k * k + r * (k + r)))
+        return self.front + work + self.update * r * r + self.stored * k * (k + r)
 
 
 COSTS = Costs(front=22e-6, multiplication=3.5e-11, update=2e-9, stored=3e-9)

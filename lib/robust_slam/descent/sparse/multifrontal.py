@@ -6,8 +6,7 @@ is added to the parent front by *extend-add*. It is the faster method where fron
 on graphs in space.
 
 Source: Duff and Reid 1983, "The multifrontal solution of indefinite sparse symmetric
-linear equations"; Liu 1992, "The multifrontal method for sparse matrix solution: theory
-and practice", for update matrices and extend-add.
+linear equations"; Liu 1992 for update matrices and extend-add.
 """
 
 from __future__ import annotations

@@ -29,11 +29,9 @@ class Factors(Protocol):
     @property
     def pivots(self) -> Array:
         """The pivots ``(n − 1, b)`` of the Cholesky factorisation, all above 0."""
-        ...
 
     def solve(self, right: Array) -> Array:
         """Return the solutions ``(n − 1, b, c)`` of c right-hand sides at once."""
-        ...
 
 
 class Method(Protocol):
@@ -41,11 +39,9 @@ class Method(Protocol):
 
     def solve(self, blocks: Array, right: Array) -> Array | None:
         """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
-        ...
 
     def factorise(self, blocks: Array) -> Factors | None:
         """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@
  * Perturbations are on the right, p ∘ Exp(δ). Every function takes arrays of 3 numbers and
  * returns a new one.
  *
- * Source: as `robust_slam.graphs.se2`: Solà, Deray and Atchuthan 2018, the appendix on SE(2).
+ * Source: as `robust_slam.groups.se2`: Solà, Deray and Atchuthan 2018, the appendix on SE(2).
  */
 
 /** Return the angle in (−π, π] equal to `angle` modulo 2π; one inside is unchanged. */

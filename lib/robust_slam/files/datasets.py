@@ -1,11 +1,10 @@
 """The nine public pose graphs; ``load`` reads local files and never downloads.
 
 ``load`` looks in the folder of the environment variable ``ROBUST_SLAM_DATA`` and then in
-the user's cache. ``make data``, which is ``python -m robust_slam.graphs.datasets``, downloads all
+the user's cache. ``make data``, which is ``python -m robust_slam.files.datasets``, downloads all
 of them to the cache. ``make book`` first tries to download the two that the chapters show.
 
-Source: the data folder of SE-Sync (Rosen et al. 2019), pinned to one commit, where the
-graphs of several authors are collected.
+Source: the data folder of SE-Sync (Rosen et al. 2019), pinned to one commit.
 """
 
 from __future__ import annotations
@@ -19,8 +18,9 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from robust_slam.files.g2o import G2O
+from robust_slam.files.tagged import graph_of
 from robust_slam.graphs.pose_graph import PoseGraph
-from robust_slam.graphs.reading import read
 
 URL = (
     "https://raw.githubusercontent.com/david-m-rosen/SE-Sync/"
@@ -45,8 +45,7 @@ SHOWN = ("CSAIL", "intel")
 """The graphs that the chapters show where they are on the machine: 0.4 MB together."""
 FOLDER = "ROBUST_SLAM_DATA"
 """The environment variable that names a folder with the files."""
-_OTHER_NAMES = {"M3500": "manhattan"}
-_DOWNLOAD = "python -m robust_slam.graphs.datasets"
+_DOWNLOAD = "python -m robust_slam.files.datasets"
 
 
 class DatasetMissing(FileNotFoundError):
@@ -63,31 +62,24 @@ class DownloadFailed(OSError):
 
 def load(name: str) -> PoseGraph:
     """Return a public graph, of the ``NAMES``, without a download, or raise what ``find`` does."""
-    return read(find(name)).graph
+    return graph_of(find(name).read_text("utf-8"), G2O, "raise", "raise").graph
 
 
 def is_here(name: str) -> bool:
     """Tell whether a public graph is on this machine; other errors are those of ``find``."""
-    try:
-        find(name)
-    except DatasetMissing:
-        return False
-    return True
+    with suppress(DatasetMissing):
+        return find(name).is_file()
+    return False
 
 
 def load_or_generate(name: str, make: Callable[[], PoseGraph]) -> tuple[PoseGraph, str]:
-    """Return a public graph or, where it is missing, that of ``make()``, and a sentence of which.
-
-    Raises:
-        DatasetChanged, ValueError: as ``find``.
-    """
-    try:
+    """Return a public graph, or that of ``make()`` if it is missing, and a sentence of which."""
+    with suppress(DatasetMissing):
         return load(name), f"The graph is the public data set {name}."
-    except DatasetMissing:
-        return make(), (
-            f"The public data set {name} is not on this machine, so the graph here is a "
-            "generated one; `make data` downloads the public ones."
-        )
+    return make(), (
+        f"The public data set {name} is not on this machine, so the graph here is a generated "
+        "one; `make data` downloads the public ones."
+    )
 
 
 def find(name: str) -> Path:
@@ -116,12 +108,10 @@ def download(names: Iterable[str] = NAMES, base_url: str = URL) -> list[Path]:
 
     Raises:
         DownloadFailed: a file cannot be downloaded, or its checksum is wrong.
-        ImportError: pooch or tqdm is missing; both come with the extra ``data``.
-        ValueError: there is no public graph of that name.
+        ImportError, ValueError: pooch or tqdm is missing, or there is no such public graph.
     """
     _needed("tqdm")
-    known = [_known(name) for name in names]
-    return [_fetch(name, base_url, progressbar=True) for name in known]
+    return [_fetch(name, base_url, progressbar=True) for name in [*map(_known, names)]]
 
 
 def try_download(names: Iterable[str] = SHOWN, base_url: str = URL) -> list[Path]:
@@ -129,9 +119,7 @@ def try_download(names: Iterable[str] = SHOWN, base_url: str = URL) -> list[Path
 
     Nothing is shown, and the first failure of the network, or 5 s without an answer, ends the
     attempt without an error. Nothing is downloaded where the environment variable ``CI`` is set.
-
-    Raises:
-        DatasetChanged, ImportError, ValueError: as ``find`` and ``download``.
+    Other errors are those of ``find`` and ``download``.
     """
     in_ci = os.environ.get("CI", "").lower() not in ("", "0", "false")
     missing = [] if in_ci else [_known(name) for name in names if not is_here(name)]
@@ -144,38 +132,27 @@ def try_download(names: Iterable[str] = SHOWN, base_url: str = URL) -> list[Path
 
 
 def _known(name: str) -> str:
-    known = _OTHER_NAMES.get(name, name)
+    known = {"M3500": "manhattan"}.get(name, name)
     if known not in SHA256:
         raise ValueError(f"there is no public graph {name!r}; the names are {', '.join(NAMES)}")
     return known
 
 
 def _folders() -> list[Path]:
-    given = os.environ.get(FOLDER)
-    named = [Path(given)] if given else []
-    try:
-        return [*named, _cache(_needed("pooch"))]
-    except ImportError:
-        return named
+    found = [Path(given)] if (given := os.environ.get(FOLDER)) else []
+    with suppress(ImportError):
+        found.append(Path(_needed("pooch").os_cache("robust-slam")))
+    return found
 
 
 def _needed(module: str) -> ModuleType:
-    try:
+    with suppress(ImportError):
         return import_module(module)
-    except ImportError:
-        raise ImportError(
-            f"{module} is missing; install the extra `data`: pip install pooch tqdm"
-        ) from None
-
-
-def _cache(pooch: ModuleType) -> Path:
-    return Path(pooch.os_cache("robust-slam"))
+    raise ImportError(f"{module} is missing; install the extra `data`: pip install pooch tqdm")
 
 
 def _checked(path: Path, sha256: str) -> Path:
-    with path.open("rb") as file:
-        found = hashlib.file_digest(file, "sha256").hexdigest()
-    if found == sha256:
+    if (found := hashlib.sha256(path.read_bytes()).hexdigest()) == sha256:
         return path
     raise DatasetChanged(
         f"{path}: the content is not that of the public graph (SHA-256 {found[:12]}…, not "
@@ -185,19 +162,14 @@ def _checked(path: Path, sha256: str) -> Path:
 
 def _fetch(name: str, base_url: str, **options: float) -> Path:
     """Return the path of a file in the cache; ``options`` are those of pooch's downloader."""
-    pooch, file, known_hash = _needed("pooch"), f"{name}.g2o", f"sha256:{SHA256[name]}"
-    downloader = pooch.HTTPDownloader(**options)
+    pooch, file, known = _needed("pooch"), f"{name}.g2o", f"sha256:{SHA256[name]}"
+    load, cache = pooch.HTTPDownloader(**options), pooch.os_cache("robust-slam")
     try:
-        path = pooch.retrieve(
-            base_url + file, known_hash, file, _cache(pooch), downloader=downloader
-        )
+        return Path(pooch.retrieve(base_url + file, known, file, cache, downloader=load))
     # Errors of the connection are OSErrors; a wrong hash is a ValueError.
     except (OSError, ValueError) as error:
-        raise DownloadFailed(
-            f"{base_url}{file}: {error}; try again, or put the file into a folder that "
-            f"{FOLDER} names"
-        ) from error
-    return Path(path)
+        remedy = f"try again, or put the file into a folder that {FOLDER} names"
+        raise DownloadFailed(f"{base_url}{file}: {error}; {remedy}") from error
 
 
 def main(arguments: Sequence[str] = ()) -> int:

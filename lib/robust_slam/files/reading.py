@@ -1,23 +1,27 @@
-"""A file of a pose graph in any format that the library knows, told by its content."""
+"""A file of a pose graph in any format that the library knows, told by its content.
+
+A public graph is found by its name.
+"""
 
 from __future__ import annotations
 
+import logging
 import os
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
 from robust_slam._arrays import Array
-from robust_slam.graphs import trajectories
-from robust_slam.graphs.formats import PYFG, TORO, read_id
-from robust_slam.graphs.g2o import G2O
-from robust_slam.graphs.graph_file import GraphFile, GraphFileError
-from robust_slam.graphs.lines import Fault, Unknown, decoded, lines_of, real, with_points
-from robust_slam.graphs.matrices import Indefinite, Repair
-from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
+from robust_slam.files import datasets, trajectories
+from robust_slam.files.formats import PYFG, TORO, read_id
+from robust_slam.files.g2o import G2O
+from robust_slam.files.graph_file import GraphFile, GraphFileError
+from robust_slam.files.lines import Fault, Unknown, decoded, lines_of, real, with_points
+from robust_slam.files.matrices import Indefinite, Repair
+from robust_slam.files.tagged import Edges, Format, edges_alone, graph_of
+from robust_slam.graphs.pose_graph import PoseGraph
 
 _PLAYED = (
     "it holds what sensors said, and no pose graph: let a SLAM system play it and export its "
@@ -43,14 +47,63 @@ _MAGIC = {
     b"ply": ("a cloud of points", "it has no poses"),
 }
 """The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
-
-
+_LOG = logging.getLogger(__name__)
 _AHEAD = 20
 """The largest number of lines, such as names of columns, ahead of a trajectory."""
+_ALONE = "it is for a trajectory, and the file is a graph with edges of its own; leave it out"
+_MATRICES = ("raise", *get_args(Repair))
 _UNTOLD = (
     "a trajectory does not tell how exact it is; give the standard deviations of a step, such as "
     "odometry=(0.05, 0.01) in m and rad"
 )
+
+
+def load(
+    source: str | os.PathLike[str],
+    *,
+    indefinite: Indefinite = "raise",
+    unknown: Unknown = "raise",
+    odometry: tuple[float, float] | None = None,
+    closures: str | os.PathLike[str] | None = None,
+) -> PoseGraph:
+    """Return the graph of a file in any format that ``read`` knows, or a public graph.
+
+    ``source`` is a path, or one of ``datasets.NAMES`` where no such file exists. The other
+    arguments are those of ``read``, which also returns the file's poses and ids. What was
+    replaced, skipped, assumed or looks wrong is logged as a warning.
+
+    Raises:
+        FileNotFoundError: there is neither such a file nor a public graph of that name.
+        DatasetMissing, DatasetChanged: the public graph is not on this machine, or another one.
+        GraphFileError, ValueError, OSError: as ``read``.
+    """
+    path = find(source)
+    content = read(
+        path, indefinite=indefinite, unknown=unknown, odometry=odometry, closures=closures
+    )
+    for words in content.remarks():
+        _LOG.warning("%s: %s", path, words)
+    return content.graph
+
+
+def find(source: str | os.PathLike[str]) -> Path:
+    """Return the path of a file, or of a public graph by its name.
+
+    Raises:
+        FileNotFoundError, DatasetMissing, DatasetChanged: as ``load``.
+    """
+    path, name = Path(source), os.fspath(source)
+    if path.exists():
+        return path
+    try:
+        return datasets.find(name)
+    except (datasets.DatasetMissing, datasets.DatasetChanged):
+        raise
+    except ValueError as error:
+        raise FileNotFoundError(
+            f"{name}: there is no such file, nor a public graph of that name; give the path of "
+            f"a file or one of {', '.join(datasets.NAMES)}"
+        ) from error
 
 
 def read(
@@ -100,21 +153,25 @@ def read(
     >>> read(path).graph.n, read(path).names.tolist()
     (2, [7, 9])
     """
-    _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
-    _check_word("unknown", unknown, get_args(Unknown))
-    with _named(path):
+    allowed = ("indefinite", indefinite, _MATRICES), ("unknown", unknown, get_args(Unknown))
+    for name, value, words in allowed:
+        if value not in words:
+            raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")
+    with named_file(path):
         text, commas = text_of(path)
         form = _format(text)
         if form is not None:
             found = graph_of(text, form, indefinite, unknown)
-            _check_alone(odometry, closures)
+            for name, given in (("odometry", odometry), ("closures", closures)):
+                if given is not None:
+                    raise ValueError(f"{name}: {_ALONE}")
             return replace(found, notes=(*commas, *found.notes))
         drive = trajectories.drive_of(text)
         if odometry is None:
             raise Fault(0, _UNTOLD)
     edges = None
     if closures is not None:
-        with _named(closures):
+        with named_file(closures):
             edges = _closures(text_of(closures)[0], indefinite, unknown)
             trajectories.check_ends(edges, len(drive.poses))
     drive = replace(drive, notes=(*commas, *drive.notes))
@@ -125,8 +182,7 @@ def read_poses(path: str | os.PathLike[str]) -> tuple[Array, Array | None]:
     """Return the poses ``(n, 3, 4)`` of a trajectory and their times ``(n,)`` (s), if it has any.
 
     Raises:
-        GraphFileError: the file is no trajectory, or as ``read``.
-        OSError: the file cannot be read.
+        GraphFileError, OSError: the file is no trajectory, or as ``read``.
 
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "drive.tum"
@@ -134,7 +190,7 @@ def read_poses(path: str | os.PathLike[str]) -> tuple[Array, Array | None]:
     >>> read_poses(path)[0][1, :, 3].tolist()
     [2.0, 0.0, 0.0]
     """
-    with _named(path):
+    with named_file(path):
         text, _ = text_of(path)
         if _format(text) is not None:
             raise Fault(0, "it is a graph; rs.read(path).poses are those of its vertices")
@@ -160,7 +216,7 @@ def text_of(path: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
 def _format(text: str) -> Format | None:
     """Return the format of a text; None is a trajectory, whose lines have no tags."""
     for k, (_, fields) in enumerate(lines_of(text)):
-        if k < _AHEAD and real(re.split("[,;]", fields[0])[0]) is not None:
+        if k < _AHEAD and real(trajectories.fields_of(" ".join(fields))[0]) is not None:
             return None
         # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
         if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):
@@ -171,37 +227,22 @@ def _format(text: str) -> Format | None:
     return G2O
 
 
-def _check_alone(
-    odometry: tuple[float, float] | None, closures: str | os.PathLike[str] | None
-) -> None:
-    for name, value in (("odometry", odometry), ("closures", closures)):
-        if value is not None:
-            raise ValueError(
-                f"{name}: it is for a trajectory, and the file is a graph with edges of its own; "
-                "leave it out"
-            )
-
-
 def _closures(text: str, indefinite: Indefinite, unknown: Unknown) -> Edges:
     form = _format(text)
     if form is None or form is PYFG:
-        raise Fault(
-            0,
-            "these are no closures; give lines EDGE_SE3:QUAT i j x y z qx qy qz qw and 21 "
-            "numbers of information, or EDGE_SE2",
-        )
+        wanted = "EDGE_SE3:QUAT i j x y z qx qy qz qw and 21 numbers of information, or EDGE_SE2"
+        raise Fault(0, f"these are no closures; give lines {wanted}")
     return edges_alone(text, form, indefinite, unknown)
 
 
 @contextmanager
-def _named(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Name the file in front of what is wrong in it."""
+def named_file(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Name the file in front of what is wrong in it.
+
+    Raises:
+        GraphFileError: in place of a ``Fault``.
+    """
     try:
         yield
     except Fault as fault:
         raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
-
-
-def _check_word(name: str, value: str, words: Sequence[str]) -> None:
-    if value not in words:
-        raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")

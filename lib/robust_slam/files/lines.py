@@ -1,13 +1,17 @@
-"""Lines of text as arrays: a tag such as ``EDGE_SE2``, then ids, then numbers.
+"""Lines of text as arrays, a tag such as ``EDGE_SE2``, then ids, then numbers; and writing lines.
 
 Blank lines and comments, which start with ``#``, are passed over.
 """
 
 from __future__ import annotations
 
+import os
 import re
+import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -80,9 +84,14 @@ class Rows:
     def __len__(self) -> int:
         return self.line.size
 
-    def fault(self, wrong: Mask, message: str) -> Fault:
-        """Return the fault of the first line that the mask ``wrong`` ``(k,)`` marks."""
-        return Fault(int(self.line[np.argmax(wrong)]), message)
+    def refuse(self, wrong: Mask, words: str | Callable[[int], str]) -> None:
+        """Refuse the first line that the mask ``wrong`` ``(k,)`` marks, if there is one.
+
+        Raises:
+            Fault: with ``words``, or with those that they make of the number of the row.
+        """
+        for k in np.flatnonzero(wrong)[:1].tolist():
+            raise Fault(int(self.line[k]), words if isinstance(words, str) else words(k))
 
 
 def decoded(content: bytes) -> str:
@@ -91,13 +100,12 @@ def decoded(content: bytes) -> str:
     Raises:
         Fault: another line is not UTF-8.
     """
-    try:
+    with suppress(UnicodeDecodeError):
         return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("utf-8-sig", errors="surrogateescape")
-    for line, row in enumerate(text.split("\n"), start=1):
-        # Bytes that are not UTF-8 have become surrogates; in a comment they do no harm.
-        if not row.partition("#")[0].isascii():
+    # Bytes that are not UTF-8 become surrogates; in a comment they do no harm.
+    text = content.decode("utf-8-sig", errors="surrogateescape")
+    for line, fields in lines_of(text):
+        if not "".join(fields).isascii():
             raise Fault(line, "the bytes are not UTF-8 text; save the file as plain text")
     return text
 
@@ -170,54 +178,40 @@ def _unknown(name: str, text: str, tags: Mapping[str, Tag], elsewhere: str) -> s
 
 
 def _miscounted(name: str, behind: int, tag: Tag) -> str:
-    said = f"{name} has {behind} fields behind it; give {tag.fields}"
-    if not tag.half:
+    said, last = f"{name} has {behind} fields behind it; give {tag.fields}", len(tag.half)
+    if not last:
         return said
-    if behind != tag.fields - len(tag.half):
-        return f"{said}, of which the last {len(tag.half)} are half of a matrix, row by row"
-    return (
-        f"{said}: the last {len(tag.half)}, how precise it is, are missing; for deviations of "
-        f"0.1 m and 0.05 rad append {' '.join(tag.half)}"
-    )
+    if behind != tag.fields - last:
+        return f"{said}, of which the last {last} are half of a matrix, row by row"
+    remedy = f"for deviations of 0.1 m and 0.05 rad append {' '.join(tag.half)}"
+    return f"{said}: the last {last}, how precise it is, are missing; {remedy}"
 
 
 def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> Rows:
-    """Return the lines of one tag as arrays; ``ids_are`` says in a message what an id is.
-
-    Raises:
-        Fault: a field is not what it has to be, or a number not finite.
-    """
+    """Return the lines of one tag as arrays, or raise a Fault; ``ids_are`` says what an id is."""
     number, ids, numbers = [], [], []
     first, last, end = 1 + tag.stamps, 1 + tag.stamps + tag.ids, 1 + tag.fields
-    numbers_from = last + tag.unused
     for line, fields in lines:
         number.append(line)
-        for k in (*range(1, first), *range(last, numbers_from)):
+        for k in range(1, first):
             _read(line, k, fields[k], real, "a number")
         ids.append([_read(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
-        numbers.append(
-            [_read(line, k, fields[k], real, "a number") for k in range(numbers_from, end)]
-        )
+        behind = [_read(line, k, fields[k], real, "a number") for k in range(last, end)]
+        numbers.append(behind[tag.unused :])
     rows = Rows(
         np.array(number, dtype=np.int64),
         np.array(ids, dtype=np.int64).reshape(len(ids), tag.ids),
         np.array(numbers, dtype=np.float64).reshape(len(ids), tag.numbers),
     )
     infinite = ~np.all(np.isfinite(rows.numbers), axis=1)
-    if np.any(infinite):
-        raise rows.fault(infinite, "a number is not finite; remove NaN and infinity")
+    rows.refuse(infinite, "a number is not finite; remove NaN and infinity")
     return rows
 
 
 def check_near(rows: Rows, numbers: Array) -> None:
-    """Refuse positions and angles ``(k, p)`` of lines that no map can hold.
-
-    Raises:
-        Fault: a number is beyond 1e30.
-    """
+    """Refuse, by a Fault, positions and angles ``(k, p)`` beyond 1e30, which no map can hold."""
     far = np.any(np.abs(numbers) > LARGEST, axis=1)
-    if np.any(far):
-        raise rows.fault(far, f"a number is beyond {LARGEST:g}; give metres and radians")
+    rows.refuse(far, f"a number is beyond {LARGEST:g}; give metres and radians")
 
 
 def whole(field: str) -> int | None:
@@ -242,3 +236,15 @@ def _read(
         comma = ", with a point in place of the comma" if "," in field and read is real else ""
         raise Fault(line, f"field {place} is {field[:40]!r}; give {wanted}{comma}")
     return found
+
+
+def write_lines(path: str | os.PathLike[str], lines: Iterable[str]) -> None:
+    """Write ``lines`` to a temporary file beside ``path``, then rename it, or raise an OSError."""
+    target = Path(path)
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with part.open("x", encoding="utf-8", newline="\n") as file:
+            file.writelines(lines)
+        part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array, times
+from robust_slam._arrays import Array, ending, times
 
 DIMENSION = 3
 DOF = 6
@@ -128,17 +128,11 @@ def inverse_right_jacobian(xi: ArrayLike) -> Array:
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape[-2:] != POSE_SHAPE:
-        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 3, 4), each [R | t]")
-    return array
+    return ending(name, value, POSE_SHAPE, "[R | t]")
 
 
 def _twist(name: str, value: ArrayLike) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.ndim == 0 or array.shape[-1] != DOF:
-        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 6), each (ρ, φ)")
-    return array
+    return ending(name, value, (DOF,), "(ρ, φ)")
 
 
 def _length(v: Array) -> Array:
@@ -187,17 +181,16 @@ def _block_triangle(diagonal: Array, corner: Array) -> Array:
 
 def _exp_coefficient(angle: Array) -> Array:
     """Return (θ − sin θ)/θ³, which is 1/6 at 0."""
-    small = angle < _SMALL
-    safe = np.where(small, 1.0, angle)
-    series = _power_series(angle, 1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
-    return np.where(small, series, (safe - np.sin(safe)) / safe**3)
+    c = _power_series(angle, 1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
+    theta = angle[large := angle >= _SMALL]
+    c[large] = (theta - np.sin(theta)) / theta**3
+    return c
 
 
 def _log_coefficient(angle: Array) -> Array:
     """Return (1 − (θ/2) cot(θ/2))/θ², which is 1/12 at 0."""
     c = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
-    large = angle >= _SMALL
-    half = angle[large] / 2.0
+    half = angle[large := angle >= _SMALL] / 2.0
     c[large] = (1.0 - half / np.tan(half)) / (4.0 * half**2)
     return c
 
@@ -208,8 +201,7 @@ def _fourth_coefficient(angle: Array) -> Array:
     With γ = (θ/2) cot(θ/2) it solves 1 − a θ² + b θ⁴ = γ and −2 a θ + 4 b θ³ = dγ/dθ.
     """
     b = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
-    large = angle >= _SMALL
-    theta = angle[large]
+    theta = angle[large := angle >= _SMALL]
     sine = np.sin(theta / 2.0)
     derivative = 0.5 * np.cos(theta / 2.0) / sine - 0.25 * theta / sine**2
     b[large] = (derivative + 2.0 * theta * _log_coefficient(theta)) / (2.0 * theta**3)

@@ -4,8 +4,8 @@ Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of informa
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
 numbers; ``FIX id``. Metres and radians. A file has vertices for all of its poses or for none
 of them. A FIX line may name several ids. Lines ``PARAMS_…``, calibrations of sensors, are skipped.
-Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are edges like others, without their switches s, because
-the solver decides by itself. Lines with other tags are refused or, on demand, skipped.
+Vertigo's ``EDGE_SE2_SWITCHABLE i j s …`` are edges without their switches s: the solver decides.
+Lines with other tags are refused or, on demand, skipped.
 
 An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
 inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
@@ -19,35 +19,21 @@ Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization"
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Ids
-from robust_slam._files import write_lines
-from robust_slam.graphs import quaternions, se3
-from robust_slam.graphs.lines import LARGEST_ID
+from robust_slam.files.lines import LARGEST_ID, write_lines
+from robust_slam.files.tagged import Format, Layout, poses_of
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
-from robust_slam.graphs.tagged import Format, Layout
+from robust_slam.groups.rotations import quaternions_of
 
-PLANE = Layout(
-    "VERTEX_SE2",
-    "EDGE_SE2",
-    3,
-    3,
-    lambda rows: rows.numbers[:, :3],
-    angles=(2,),
-    as_edge=("EDGE_SE2_SWITCHABLE", "EDGE_SE2_MAXMIX"),
-)
-SPACE = Layout(
-    "VERTEX_SE3:QUAT",
-    "EDGE_SE3:QUAT",
-    7,
-    6,
-    quaternions.poses_of,
-    as_edge=("EDGE_SE3_SWITCHABLE", "EDGE_SE3_MAXMIX"),
-)
+_PLANE_TOO = "EDGE_SE2_SWITCHABLE", "EDGE_SE2_MAXMIX"
+_SPACE_TOO = "EDGE_SE3_SWITCHABLE", "EDGE_SE3_MAXMIX"
+PLANE = Layout("VERTEX_SE2", "EDGE_SE2", 3, 3, angles=(2,), as_edge=_PLANE_TOO)
+SPACE = Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, poses_of, as_edge=_SPACE_TOO)
 G2O = Format(
     PLANE,
     SPACE,
@@ -79,17 +65,16 @@ def write(
     """
     layout = PLANE if check_graph(graph).group.DIMENSION == 2 else SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
-    ids = np.arange(graph.n, dtype=np.int64) if names is None else checked_names(names, graph.n)
-    write_lines(path, _lines(graph, given, ids, layout))
+    write_lines(path, _lines(graph, given, checked_names(names, graph.n), layout))
 
 
-def checked_names(value: ArrayLike, n: int) -> Ids:
-    """Return ``value`` as ids ``(n,)`` of poses 0 to n - 1.
+def checked_names(value: ArrayLike | None, n: int) -> Ids:
+    """Return ``value`` as ids ``(n,)`` of poses 0 to n - 1, which they are by default.
 
     Raises:
         ValueError: as ``write``.
     """
-    names = np.asarray(value)
+    names = np.arange(n, dtype=np.int64) if value is None else np.asarray(value)
     if names.shape != (n,):
         raise ValueError(f"names: the shape is {names.shape}; give ({n},)")
     if not np.issubdtype(names.dtype, np.integer):
@@ -105,25 +90,21 @@ def checked_names(value: ArrayLike, n: int) -> Ids:
 
 def _lines(graph: PoseGraph, poses: Array | None, names: Ids, layout: Layout) -> Iterator[str]:
     if poses is not None:
-        yield from _tagged(layout.vertex, names[:, None], _numbers(poses, layout))
+        yield from _tagged(layout.vertex, names[:, None], pose_numbers(poses))
     if names[0] > names[1]:
         yield f"{G2O.fix} {names[0]}\n"
     triangle = graph.information[:, *np.triu_indices(layout.dof)]
-    numbers = np.concatenate([_numbers(graph.measurement, layout), triangle], axis=1)
+    numbers = np.concatenate([pose_numbers(graph.measurement), triangle], axis=1)
     yield from _tagged(layout.edge, names[graph.edges], numbers)
-
-
-def _numbers(poses: Array, layout: Layout) -> Array:
-    """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses in the format."""
-    if layout is PLANE:
-        return poses
-    return np.concatenate([se3.translation(poses), quaternions.of(poses)], axis=1)
 
 
 def _tagged(tag: str, ids: Ids, numbers: Array) -> Iterator[str]:
     for names, values in zip(ids.tolist(), numbers.tolist(), strict=True):
-        yield f"{tag} {_joined(names)} {_joined(values)}\n"
+        yield f"{tag} {' '.join(map(repr, names + values))}\n"
 
 
-def _joined(values: Sequence[int] | Sequence[float]) -> str:
-    return " ".join(map(repr, values))
+def pose_numbers(poses: Array) -> Array:
+    """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses: x y θ, or x y z and a quaternion."""
+    if poses.ndim == 2:
+        return poses
+    return np.concatenate([poses[:, :, 3], quaternions_of(poses[:, :, :3])], axis=1)

@@ -1,9 +1,7 @@
 """Information matrices from the numbers of a file: whole, and fit to be used.
 
-Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for the half that
-a file holds; Higham 1988, "Computing a nearest symmetric positive semidefinite matrix", Theorem
-2.1, and Rosen et al. 2019, the appendix on concentration parameters, for what replaces a matrix;
-the tests of it are derived here.
+Source: Higham 1988, Theorem 2.1, and Rosen et al. 2019, the appendix on concentration parameters,
+for what replaces a matrix; the tests of it are derived here.
 """
 
 from __future__ import annotations
@@ -14,8 +12,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.graph_file import Names
-from robust_slam.graphs.lines import LARGEST, Rows
+from robust_slam.files.graph_file import Names
+from robust_slam.files.lines import LARGEST, Rows
 from robust_slam.graphs.pose_graph import out_of_range
 
 Repair: TypeAlias = Literal["nearest", "isotropic"]
@@ -48,39 +46,30 @@ def information_of(
     """Return the information ``(k, D, D)`` of edges, and those whose matrix was replaced.
 
     ``given`` ``(k, D, D)`` is the information of ``rows`` or, with ``covariance``, its inverse;
-    ``indefinite`` is that of ``read``.
-
-    Raises:
-        Fault: an eigenvalue is out of range, or a matrix is not positive definite and is not
-            to be replaced, or cannot be.
+    ``indefinite`` is that of ``read``. A Fault names a line whose matrix cannot be used.
     """
     kind = "covariance" if covariance else "information"
     spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
-    beyond = out_of_range(spectrum, LARGEST)
-    if np.any(beyond):
-        raise rows.fault(
-            beyond,
-            f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
-        )
+    words = "matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians"
+    rows.refuse(out_of_range(spectrum, LARGEST), f"the {kind} {words}")
     weak = _weak(given, spectrum, covariance)
-    if np.any(weak) and indefinite == "raise":
-        raise rows.fault(
+    if indefinite == "raise":
+        rows.refuse(
             weak,
             f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} are "
             f"not); give the upper triangle of {'a' if covariance else 'an inverse'} covariance, "
             'or read with indefinite="nearest" or "isotropic"',
         )
-    if indefinite != "raise":
+    else:
         given[weak], empty = definite(given[weak], indefinite)
         spectrum = np.asarray(np.linalg.eigvalsh(given))
         hopeless = _weak(given, spectrum, covariance) | out_of_range(spectrum, LARGEST)
         hopeless[weak] |= empty
-        if np.any(hopeless):
-            raise rows.fault(
-                hopeless,
-                f"the {kind} matrix has no positive eigenvalue in position or in rotation, or "
-                "entries that differ too much; drop the edge",
-            )
+        rows.refuse(
+            hopeless,
+            f"the {kind} matrix has no positive eigenvalue in position or in rotation, or "
+            "entries that differ too much; drop the edge",
+        )
     return _inverse(given) if covariance else given, np.flatnonzero(weak)
 
 
@@ -143,35 +132,29 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     in the Frobenius norm no such matrix is nearer, after position and rotation are scaled by their
     largest diagonal entries. "isotropic" takes one precision for each of both, the harmonic mean
     of the positive eigenvalues of its block. A block without one cannot be repaired.
-
-    >>> matrix = np.diag([4.0, -1.0, 9.0])[None]
-    >>> definite(matrix, "isotropic")[0][0].diagonal().tolist()
-    [4.0, 4.0, 9.0]
     """
-    d = 2 if information.shape[-1] == 3 else 3
+    size = information.shape[-1]
+    d = 2 if size == 3 else 3
     blocks = information[:, :d, :d], information[:, d:, d:]
-    spectra = [np.linalg.eigvalsh(block) for block in blocks]
-    empty = np.any([spectrum[:, -1] <= 0.0 for spectrum in spectra], axis=0)
-    repaired = np.broadcast_to(np.eye(information.shape[-1]), information.shape).copy()
-    good = ~empty
-    nearest, sizes = repair == "nearest", [d, information.shape[-1] - d]
+    spectra: list[Array] = [np.asarray(np.linalg.eigvalsh(block)) for block in blocks]
+    good = np.all([spectrum[:, -1] > 0.0 for spectrum in spectra], axis=0)
+    repaired, nearest = np.tile(np.eye(size), (len(good), 1, 1)), repair == "nearest"
     scales = [s[good, -1] if nearest else _harmonic_means(s[good]) for s in spectra]
-    scale = np.repeat(np.stack(scales, axis=1), sizes, axis=1)
+    scale = np.repeat(np.stack(scales, axis=1), [d, size - d], axis=1)
     if nearest:
         repaired[good] = _nearest(information[good], np.sqrt(scale))
     else:
-        repaired[good] = scale[:, :, None] * np.eye(information.shape[-1])
-    return repaired, np.asarray(empty, dtype=np.bool_)
+        repaired[good] = scale[:, :, None] * np.eye(size)
+    return repaired, ~good
 
 
 def _nearest(information: Array, unit: Array) -> Array:
     """Return the nearest matrices after a scaling by ``unit`` ``(k, D)``."""
-    scaled = information / (unit[:, :, None] * unit[:, None, :])
-    values, vectors = np.linalg.eigh(scaled)
-    floor = _FLOOR * values[:, -1:]
-    near = (vectors * np.maximum(values, floor)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
-    back = near * (unit[:, :, None] * unit[:, None, :])
-    return np.asarray(0.5 * (back + np.swapaxes(back, 1, 2)))
+    units = unit[:, :, None] * unit[:, None, :]
+    values, vectors = np.linalg.eigh(information / units)
+    raised = np.maximum(values, _FLOOR * values[:, -1:])
+    near = (vectors * raised[:, None, :]) @ np.swapaxes(vectors, 1, 2) * units
+    return np.asarray(0.5 * (near + np.swapaxes(near, 1, 2)))
 
 
 def _harmonic_means(spectrum: Array) -> Array:

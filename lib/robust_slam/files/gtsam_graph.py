@@ -1,7 +1,6 @@
 """Pose graphs as GTSAM's factor graphs, where gtsam is installed.
 
-Each edge is a between factor with Gaussian noise of its information matrix. GTSAM puts the
-rotation first in a tangent vector of SE(3), so rows and columns are permuted. The error of the
+Each edge is a between factor with Gaussian noise of its information matrix. The error of the
 factor graph is the cost of ``pose_graph.cost``, and a prior on pose 0 fixes the frame. At a
 minimum it has no cost, and its deviations, 1 mm and 1 mrad, do not move the map. They are part of
 GTSAM's marginals: that of pose 0 is 1e-6 I, while ``covariance`` returns 0.
@@ -12,7 +11,7 @@ Source: Dellaert 2012, "Factor graphs and GTSAM", for the conventions of the fac
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -20,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Ids
+from robust_slam._arrays import Array
 from robust_slam._words import counted
-from robust_slam.graphs.formats import BITS, PYFG
-from robust_slam.graphs.g2o import checked_names
-from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.files.formats import BITS, PYFG
+from robust_slam.files.g2o import checked_names
+from robust_slam.files.graph_file import GraphFile
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, steps_of
 
 if TYPE_CHECKING:
@@ -32,7 +31,8 @@ if TYPE_CHECKING:
 
 _PRIOR_SIGMA = 1e-3
 """Standard deviation of the prior, in m and rad."""
-_ROTATION_FIRST = np.array([3, 4, 5, 0, 1, 2])
+_ORDER = {2: np.arange(3), 3: np.array([3, 4, 5, 0, 1, 2])}
+"""In space GTSAM has the rotation first."""
 
 
 def to_gtsam(
@@ -45,18 +45,16 @@ def to_gtsam(
     followed by the prior on pose 0.
 
     Raises:
-        ImportError: gtsam is not installed.
-        ValueError: ``poses`` or ``names`` do not fit the graph.
+        ImportError, ValueError: gtsam is not installed, or ``poses`` or ``names`` do not fit.
     """
     checked = check_poses("poses", poses, graph)
     gtsam = _gtsam()
-    plane = graph.group.DIMENSION == 2
-    between = gtsam.BetweenFactorPose2 if plane else gtsam.BetweenFactorPose3
-    prior = gtsam.PriorFactorPose2 if plane else gtsam.PriorFactorPose3
-    order = slice(None) if plane else _ROTATION_FIRST
+    d = graph.group.DIMENSION
+    between, prior = (getattr(gtsam, f"{kind}FactorPose{d}") for kind in ("Between", "Prior"))
+    order = _ORDER[d]
     information = graph.information[:, order][:, :, order]
     factors, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-    keys = _keys(names, graph)
+    keys = checked_names(names, graph.n)
     edges = keys[graph.edges].tolist()
     for (i, j), z, omega in zip(edges, graph.measurement, information, strict=True):
         factors.add(between(i, j, _theirs(z), gtsam.noiseModel.Gaussian.Information(omega)))
@@ -67,10 +65,6 @@ def to_gtsam(
     return factors, values
 
 
-def _keys(names: ArrayLike | None, graph: PoseGraph) -> Ids:
-    return np.arange(graph.n) if names is None else checked_names(names, graph.n)
-
-
 def poses_from_gtsam(
     values: gtsam.Values, graph: PoseGraph, names: ArrayLike | None = None
 ) -> Array:
@@ -79,13 +73,9 @@ def poses_from_gtsam(
     Raises:
         ValueError: a key is missing, or holds something other than a pose of the group.
     """
-    return _poses(values, graph, _keys(names, graph).tolist())
-
-
-def _poses(values: gtsam.Values, graph: PoseGraph, keys: Iterable[int]) -> Array:
     at = values.atPose2 if graph.group.DIMENSION == 2 else values.atPose3
     try:
-        return np.array([_ours(at(key)) for key in keys])
+        return np.array([_ours(at(key)) for key in checked_names(names, graph.n).tolist()])
     except RuntimeError as error:
         raise ValueError(
             f"values: {str(error).rstrip('.')}; give the values of this graph's factors"
@@ -122,16 +112,11 @@ def from_gtsam(
     plane, ids = used[0] is kinds[gtsam.BetweenFactorPose2], np.unique(keys)
     edges = np.searchsorted(ids, keys)
     measured = np.array([_ours(factor.measured()) for factor in used[0]])
-    order = slice(None) if plane else _ROTATION_FIRST
+    order = _ORDER[2 if plane else 3]
     information = np.array([_information(gtsam, factor) for factor in used[0]])
-    graph = PoseGraph(
-        ids.size,
-        edges,
-        measured,
-        information[:, order][:, :, order],
-        steps_of(edges, measured, ids >> BITS),
-    )
-    poses = None if values is None else _poses(values, graph, ids.tolist())
+    information, steps = information[:, order][:, :, order], steps_of(edges, measured, ids >> BITS)
+    graph = PoseGraph(ids.size, edges, measured, information, steps)
+    poses = None if values is None else poses_from_gtsam(values, graph, ids)
     names = PYFG.names(ids) if np.all(ids >> BITS) else ids
     notes = (f"left out {counted(count, 'factor')} {kind}" for kind, count in others.items())
     return GraphFile(graph, poses, ids, names, notes=tuple(notes))
@@ -147,10 +132,9 @@ def _information(gtsam: ModuleType, factor: Any) -> Array:  # noqa: ANN401 (a be
 
 
 def _gtsam() -> ModuleType:
-    try:
+    with suppress(ImportError):
         return import_module("gtsam")
-    except ImportError:
-        raise ImportError("gtsam is missing; install it with: pip install gtsam") from None
+    raise ImportError("gtsam is missing; install it with: pip install gtsam")
 
 
 def _ours(pose: Any) -> Array:  # noqa: ANN401 (a Pose2 or a Pose3)
@@ -161,6 +145,5 @@ def _ours(pose: Any) -> Array:  # noqa: ANN401 (a Pose2 or a Pose3)
 
 def _theirs(pose: Array) -> Any:  # noqa: ANN401 (a Pose2 or a Pose3)
     gtsam = _gtsam()
-    if pose.ndim == 1:
-        return gtsam.Pose2(*pose.tolist())
-    return gtsam.Pose3(gtsam.Rot3(pose[:, :3]), pose[:, 3])
+    plane = pose.ndim == 1
+    return gtsam.Pose2(*pose) if plane else gtsam.Pose3(gtsam.Rot3(pose[:, :3]), pose[:, 3])

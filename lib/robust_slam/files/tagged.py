@@ -4,14 +4,13 @@ The formats g2o, TORO and PyFactorGraph write the same things: vertices with the
 edges with a relative pose and half of a symmetric matrix. A ``Format`` says how each of them
 writes it, and everything that a graph needs is checked here, once.
 
-Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for what such
-a file holds.
+Source: Kümmerle et al. 2011, for what such a file holds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -19,28 +18,18 @@ import numpy as np
 
 from robust_slam._arrays import Array, Ids, Indices
 from robust_slam._words import so_do
-from robust_slam.graphs.doubts import Content, doubts
-from robust_slam.graphs.graph_file import GraphFile, Names
-from robust_slam.graphs.group import group_of, upward
-from robust_slam.graphs.lines import (
-    Fault,
-    ReadId,
-    Rows,
-    Tag,
-    Unknown,
-    by_tag,
-    check_near,
-    rows_of,
-    whole,
-)
-from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
+from robust_slam.files import lines
+from robust_slam.files.doubts import doubted
+from robust_slam.files.graph_file import GraphFile, Names
+from robust_slam.files.lines import Fault, ReadId, Rows, Tag, Unknown
+from robust_slam.files.matrices import Indefinite, information_of, row_by_row, uneven
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, steps_of
+from robust_slam.groups import se3
+from robust_slam.groups.group import group_of, upward
+from robust_slam.groups.rotations import from_quaternions, on_grid
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
-
-_NAMED = 5
-"""The largest number of vertex ids in a message."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +46,7 @@ class Layout:
     edge: str
     pose: int
     dof: int
-    poses: Callable[[Rows], Array]
+    poses: Callable[[Rows], Array] = lambda rows: rows.numbers[:, :3]
     matrices: Matrices = row_by_row
     covariance: bool = False
     angles: tuple[int, ...] = ()
@@ -90,7 +79,7 @@ class Format:
     fix: str | None = None
     passed: tuple[str, ...] = ()
     elsewhere: str = ""
-    read_id: ReadId = whole
+    read_id: ReadId = lines.whole
     ids_are: str = "a whole number from 0 to 2^63 - 1"
     names: Callable[[Ids], Names] = field(default=lambda ids: ids)
     robots: Callable[[Ids], Ids] = field(default=np.zeros_like)
@@ -120,22 +109,19 @@ class Edges:
     notes: tuple[str, ...]
 
 
-def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
-    """Return the graph of a text in one of the formats; ``read`` tells the rules.
+def poses_of(rows: Rows) -> Array:
+    """Return the poses ``(k, 3, 4)`` of lines that begin with x y z qx qy qz qw, or a Fault."""
+    turns = rows.numbers[:, 3:7]
+    rows.refuse(~np.any(turns, axis=1), "the quaternion is 0; no turn is (0, 0, 0, 1)")
+    return se3.from_parts(from_quaternions(on_grid(turns)), rows.numbers[:, :3])
 
-    Raises:
-        Fault: the text is no graph.
-    """
-    rows, skipped = _rows(text, form, unknown)
-    layout = _layout(rows, form)
+
+def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
+    """Return the graph of a text in one of the formats by the rules of ``read``, or a Fault."""
+    rows, skipped, layout = _rows(text, form, unknown)
     vertices, edges = rows[layout.vertex], rows[layout.edge]
     ascending = _ascending_ids(vertices, edges, form)
-    first = 0
-    if form.fix is not None:
-        fix = rows[form.fix]
-        if not all(tag.startswith(form.passed) for tag in skipped):
-            fix = _of_poses(fix, form.fix, ascending, skipped)
-        first = _fixed(fix, ascending)
+    first = 0 if form.fix is None else _fixed(rows[form.fix], ascending, skipped, form)
     ranks = np.searchsorted(ascending, edges.ids)
     _check_joined(ranks, ascending, form)
     found = _edges(edges, layout, form, indefinite, skipped)
@@ -143,42 +129,25 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     number = np.arange(ascending.size) + (np.arange(ascending.size) < first)
     number[first] = 0
     order = np.argsort(number)
-    graph = PoseGraph(
-        n=ascending.size,
-        edges=number[ranks],
-        measurement=found.measurement,
-        information=found.information,
-        is_odometry=steps_of(ranks, found.measurement, form.robots(ascending)),
-    )
+    steps = steps_of(ranks, found.measurement, form.robots(ascending))
+    graph = PoseGraph(order.size, number[ranks], found.measurement, found.information, steps)
     ids = ascending[order]
     ids.flags.writeable = False
-    names = form.names(ids)
-    content = Content(graph, names, edges.line, np.abs(edges.numbers[:, list(layout.angles)]))
-    return GraphFile(
-        graph,
-        _guess(vertices, layout, order),
-        ids,
-        names,
-        found.repaired,
-        skipped,
-        found.notes,
-        doubts=doubts(content),
-    )
+    poses, turns = _guess(vertices, layout, order), np.abs(edges.numbers[:, list(layout.angles)])
+    file = GraphFile(graph, poses, ids, form.names(ids), found.repaired, skipped, found.notes)
+    return doubted(replace(file, lines=edges.line, turns=turns))
 
 
 def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
     """Return the edges of a text that need not be a whole graph, or raise a Fault."""
-    rows, skipped = _rows(text, form, unknown)
-    layout = _layout(rows, form)
-    edges = rows[layout.edge]
-    _check_not_looped(edges, form)
-    return _edges(edges, layout, form, indefinite, skipped)
+    rows, skipped, layout = _rows(text, form, unknown)
+    return _edges(rows[layout.edge], layout, form, indefinite, skipped)
 
 
 def _edges(
     rows: Rows, layout: Layout, form: Format, indefinite: Indefinite, skipped: dict[str, int]
 ) -> Edges:
-    check_near(rows, rows.numbers[:, :3])
+    lines.check_near(rows, rows.numbers[:, :3])
     given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
     information, repaired = information_of(rows, given, layout.covariance, indefinite)
     measurement = layout.poses(rows)
@@ -217,21 +186,44 @@ def _printed(numbers: Array) -> Array:
     """
     unit = np.full(len(numbers), 1e-12)
     for place in 10.0 ** np.arange(-11, -1):
-        whole_numbers = np.abs(np.round(numbers / place) - numbers / place) < 1e-4
-        unit[np.all(whole_numbers, axis=1)] = place if place < 0.005 else 1e-12
+        whole = np.all(np.abs(np.round(numbers / place) - numbers / place) < 1e-4, axis=1)
+        unit[whole] = place if place < 0.005 else 1e-12
     return unit
 
 
-def _rows(text: str, form: Format, unknown: Unknown) -> tuple[dict[str, Rows], dict[str, int]]:
-    tags = form.tags
-    tagged, skipped = by_tag(text, tags, form.passed, unknown, form.elsewhere)
-    rows = {
-        name: rows_of(lines, tags[name], form.read_id, form.ids_are)
-        for name, lines in tagged.items()
-    }
+def rows_by_tag(
+    text: str, tags: Mapping[str, Tag], form: Format, unknown: Unknown, elsewhere: str = ""
+) -> tuple[dict[str, Rows], dict[str, int]]:
+    """Return the rows of each of the ``tags``; arguments and faults are those of ``by_tag``."""
+    tagged, skipped = lines.by_tag(text, tags, form.passed, unknown, elsewhere)
+    return {
+        name: lines.rows_of(found, tags[name], form.read_id, form.ids_are)
+        for name, found in tagged.items()
+    }, skipped
+
+
+def _rows(
+    text: str, form: Format, unknown: Unknown
+) -> tuple[dict[str, Rows], dict[str, int], Layout]:
+    """Return the rows of each tag, the skipped tags, and the layout that every line follows."""
+    rows, skipped = rows_by_tag(text, form.tags, form, unknown, form.elsewhere)
+    first = {}
     for layout in (form.plane, form.space):
         rows[layout.edge] = _joined([rows[tag] for tag in (layout.edge, *layout.as_edge)])
-    return rows, skipped
+        if places := [*rows[layout.vertex].line[:1], *rows[layout.edge].line[:1]]:
+            first[layout] = int(min(places))
+    if len(first) == 2:
+        raise Fault(
+            max(first.values()), "SE(2) and SE(3) are mixed; put them into files of their own"
+        )
+    layout = next(iter(first), form.plane)
+    if not len(rows[layout.edge]):
+        raise Fault(0, f"no edge is there; add lines {form.plane.edge} or {form.space.edge}")
+    i, j = rows[layout.edge].ids.T
+    rows[layout.edge].refuse(
+        i == j, lambda k: f"the edge joins vertex {form.names(i[k : k + 1])[0]} to itself; drop it"
+    )
+    return rows, skipped, layout
 
 
 def _joined(parts: Sequence[Rows]) -> Rows:
@@ -241,93 +233,51 @@ def _joined(parts: Sequence[Rows]) -> Rows:
     return Rows(*(np.concatenate(column)[order] for column in columns))
 
 
-def _layout(rows: Mapping[str, Rows], form: Format) -> Layout:
-    """Return the layout that every line follows."""
-    plane, space = (
-        np.concatenate([rows[layout.vertex].line, rows[layout.edge].line])
-        for layout in (form.plane, form.space)
-    )
-    if plane.size and space.size:
-        first = max(int(plane.min()), int(space.min()))
-        raise Fault(first, "SE(2) and SE(3) are mixed; put them into files of their own")
-    layout = form.space if space.size else form.plane
-    if not len(rows[layout.edge]):
-        raise Fault(0, f"no edge is there; add lines {form.plane.edge} or {form.space.edge}")
-    return layout
-
-
-def _check_not_looped(edges: Rows, form: Format) -> None:
-    looped = edges.ids[:, 0] == edges.ids[:, 1]
-    if np.any(looped):
-        name = form.names(edges.ids[np.argmax(looped), :1])[0]
-        raise edges.fault(looped, f"the edge joins vertex {name} to itself; drop it")
-
-
 def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
-    """Return the ids in ascending order, after checks of vertices and edges."""
-    _check_not_looped(edges, form)
+    """Return the ids in ascending order, after checks of the vertices."""
     if not len(vertices):
         return np.unique(edges.ids)
     ascending, first = np.unique(vertices.ids[:, 0], return_index=True)
-    again = ~np.isin(np.arange(len(vertices)), first)
-    if np.any(again):
-        name = form.names(vertices.ids[np.argmax(again)])[0]
-        raise vertices.fault(
-            again,
-            f"vertex {name} is given twice; drop one line or, if two robots have the same ids, "
-            "add an offset to those of one",
-        )
+    again, names = ~np.isin(np.arange(len(vertices)), first), form.names(vertices.ids[:, 0])
+    words = "drop one line or, if two robots have the same ids, add an offset to those of one"
+    vertices.refuse(again, lambda k: f"vertex {names[k]} is given twice; {words}")
     missing = ~np.isin(edges.ids, ascending)
-    if np.any(missing):
-        name = form.names(edges.ids[missing][:1])[0]
-        raise edges.fault(
-            np.any(missing, axis=1), f"vertex {name} is missing; add its line or drop the edge"
-        )
+    lost, wrong = form.names(edges.ids[missing]), np.any(missing, axis=1)
+    edges.refuse(wrong, lambda _: f"vertex {lost[0]} is missing; add its line or drop the edge")
     return ascending
 
 
-def _of_poses(fix: Rows, tag: str, ascending: Indices, skipped: dict[str, int]) -> Rows:
-    """Return the FIX lines of poses; those of skipped vertices count as skipped."""
+def _fixed(fix: Rows, ascending: Indices, skipped: dict[str, int], form: Format) -> int:
+    """Return the index in ``ascending`` of the vertex that is pose 0.
+
+    FIX lines of vertices that were skipped count as skipped.
+    """
     known = np.isin(fix.ids[:, 0], ascending)
-    if not np.all(known):
-        skipped[tag] = int(np.sum(~known))
-    return Rows(fix.line[known], fix.ids[known], fix.numbers[known])
-
-
-def _fixed(fix: Rows, ascending: Indices) -> int:
-    """Return the index in ``ascending`` of the vertex that is pose 0."""
+    if form.fix and not np.all(known | all(tag.startswith(form.passed) for tag in skipped)):
+        skipped[form.fix] = int(np.sum(~known))
+        fix = Rows(fix.line[known], fix.ids[known], fix.numbers[known])
     if not len(fix):
         return 0
-    held = int(fix.ids[0, 0])
-    other = fix.ids[:, 0] != held
-    if np.any(other):
-        raise fix.fault(
-            other,
-            f"vertex {fix.ids[np.argmax(other), 0]} is fixed beside vertex {held}; "
-            "the library holds one pose: drop all FIX lines but one",
-        )
-    place = int(np.searchsorted(ascending, held))
-    if place == ascending.size or ascending[place] != held:
-        raise Fault(int(fix.line[0]), f"vertex {held} is missing; fix one that is there")
-    return place
+    held, words = fix.ids[:, 0], "the library holds one pose: drop all FIX lines but one"
+    others = held != held[0]
+    fix.refuse(others, lambda k: f"vertex {held[k]} is fixed beside vertex {held[0]}; {words}")
+    fix.refuse(~np.isin(held, ascending), f"vertex {held[0]} is missing; fix one that is there")
+    return int(np.searchsorted(ascending, held[0]))
 
 
 def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
     loose = ascending[connected_parts(ascending.size, ranks) > 0]
     if loose.size:
-        named = ", ".join(str(name) for name in form.names(loose[:_NAMED]))
-        rest = f" and {loose.size - _NAMED} more" if loose.size > _NAMED else ""
-        raise Fault(
-            0,
-            f"no path of edges joins vertex {form.names(ascending[:1])[0]} to {named}{rest}; "
-            "add an edge or drop these vertices",
-        )
+        first, *named = form.names(np.append(ascending[:1], loose[:5]))
+        rest = f" and {loose.size - 5} more" if loose.size > 5 else ""
+        words = f"{', '.join(map(str, named))}{rest}; add an edge or drop these vertices"
+        raise Fault(0, f"no path of edges joins vertex {first} to {words}")
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:
     if not len(vertices):
         return None
-    check_near(vertices, vertices.numbers[:, :3])
+    lines.check_near(vertices, vertices.numbers[:, :3])
     ascending = np.argsort(vertices.ids[:, 0])
     poses = layout.poses(vertices)[ascending[order]]
     poses.flags.writeable = False

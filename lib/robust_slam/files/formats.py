@@ -28,16 +28,17 @@ likelihood maps using gradient descent", and the page of its program TORO; the m
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Ids
-from robust_slam.graphs import quaternions, se3
-from robust_slam.graphs.graph_file import Names
-from robust_slam.graphs.lines import Rows
-from robust_slam.graphs.matrices import row_by_row, symmetric
-from robust_slam.graphs.tagged import Format, Layout
+from robust_slam.files.g2o import PLANE, SPACE
+from robust_slam.files.graph_file import Names
+from robust_slam.files.lines import Rows
+from robust_slam.files.matrices import row_by_row, symmetric
+from robust_slam.files.tagged import Format, Layout, poses_of
 
 BITS = 56
 """Behind these bits of a key is the letter of a robot."""
@@ -48,9 +49,8 @@ _ROWS, _COLUMNS = np.array([0, 0, 1, 2, 0, 1]), np.array([0, 1, 1, 2, 2, 2])
 def _poses_of(rows: Rows) -> Array:
     """Return the poses ``(k, 3, 4)`` of lines that begin with x y z roll pitch yaw."""
     # Rotations about the fixed axes x, then y, then z are R_z R_y R_x.
-    turn = Rotation.from_euler("xyz", rows.numbers[:, 3:6]).as_quat()
-    matrices = quaternions.matrices(quaternions.on_grid(np.asarray(turn)))
-    return se3.from_parts(matrices, rows.numbers[:, :3])
+    turns = Rotation.from_euler("xyz", rows.numbers[:, 3:6]).as_quat()
+    return poses_of(Rows(rows.line, rows.ids, np.column_stack([rows.numbers[:, :3], turns])))
 
 
 def _matrices(numbers: Array, dof: int) -> tuple[Array, tuple[str, ...]]:
@@ -70,7 +70,7 @@ def _all_definite(matrices: Array) -> bool:
 
 
 TORO = Format(
-    Layout("VERTEX2", "EDGE2", 3, 3, lambda rows: rows.numbers[:, :3], _matrices, angles=(2,)),
+    Layout("VERTEX2", "EDGE2", 3, 3, matrices=_matrices, angles=(2,)),
     Layout("VERTEX3", "EDGE3", 6, 6, _poses_of, angles=(3, 4, 5)),
     passed=("EQUIV",),
 )
@@ -82,30 +82,18 @@ def read_id(field: str) -> int | None:
     return (ord(field[0]) << BITS) + int(field[1:]) if _ID.fullmatch(field) else None
 
 
-def _robots(ids: Ids) -> Ids:
-    return np.asarray(ids >> BITS)
-
-
 def _names(ids: Ids) -> Names:
     words = [f"{chr(key >> BITS)}{key & (2**BITS - 1)}" for key in ids.ravel().tolist()]
     return np.array(words).reshape(ids.shape)
 
 
 PYFG = Format(
-    Layout(
-        "VERTEX_SE2",
-        "EDGE_SE2",
-        3,
-        3,
-        lambda rows: rows.numbers[:, :3],
-        covariance=True,
-        angles=(2,),
-    ),
-    Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, quaternions.poses_of, covariance=True),
+    replace(PLANE, covariance=True, as_edge=()),
+    replace(SPACE, covariance=True, as_edge=()),
     stamps=1,
     read_id=read_id,
     ids_are="a letter and a number, such as A7",
     names=_names,
-    robots=_robots,
+    robots=lambda ids: np.asarray(ids >> BITS),
 )
 """What the lines of a .pyfg file mean."""

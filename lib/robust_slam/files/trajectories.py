@@ -10,9 +10,7 @@ and quaternion stand. Without one, whole nanoseconds and commas are EuRoC's form
 quaternion begins with w: ``time x y z qw qx qy qz``. Times since 1970 may also be in
 milliseconds, microseconds or nanoseconds.
 
-Source: Sturm et al. 2012, "A benchmark for the evaluation of RGB-D SLAM systems"; Geiger et
-al. 2012, "Are we ready for autonomous driving?"; Burri et al. 2016, "The EuRoC micro aerial
-vehicle datasets".
+Source: Sturm et al. 2012, TUM's format; Geiger et al. 2012, KITTI's; Burri et al. 2016, EuRoC's.
 """
 
 from __future__ import annotations
@@ -27,15 +25,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Mask, finite, positive
-from robust_slam._files import write_lines
-from robust_slam.graphs import quaternions, se2, se3
-from robust_slam.graphs.doubts import Content, doubts, rolled
-from robust_slam.graphs.graph_file import GraphFile
-from robust_slam.graphs.group import group_of
-from robust_slam.graphs.lines import Fault, Line, Rows, Tag, check_near, real, rows_of, whole
+from robust_slam.files.doubts import ROUNDED, doubted, rolled
+from robust_slam.files.graph_file import GraphFile
+from robust_slam.files.lines import Fault, Line, Tag, check_near, real, rows_of, write_lines
+from robust_slam.files.tagged import Edges, poses_of
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
-from robust_slam.graphs.rotations import nearest_rotations
-from robust_slam.graphs.tagged import Edges
+from robust_slam.groups import se2, se3
+from robust_slam.groups.group import group_of
+from robust_slam.groups.rotations import nearest_rotations
 
 _NAMES = "time", "x", "y", "z", "qx", "qy", "qz", "qw"
 _TUM, _KITTI = tuple(range(8)), tuple(range(12))
@@ -44,8 +41,6 @@ _UNITS = {1e9: "nanoseconds", 1e6: "microseconds", 1e3: "milliseconds"}
 """How many of a unit are a second."""
 _EPOCH = 9e8, 2.5e9
 """Since 1970 (s): a time between these in another unit is read in it."""
-_ROUNDED = 1e-3
-"""Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +61,7 @@ def drive_of(text: str) -> Drive:
 
     Raises:
         Fault: a line has other than 8 or 12 numbers, unless names tell what they are, or another
-            count than the first line; a number is wrong; a time does not ascend; the left part
-            of a line is no rotation; or there are fewer than two poses.
+            count than the first line; a number, time or rotation is wrong; or a pose is alone.
     """
     lines, names = _table(text)
     (first, fields), count = lines[0], len(lines[0][1])
@@ -77,24 +71,30 @@ def drive_of(text: str) -> Drive:
             f"{fields[-1]!r} is no number; images of COLMAP tell where the world is from the "
             "camera, so invert them, order them by time, and write TUM's lines",
         )
-    for line, fields in lines:
-        if len(fields) != count:
-            raise Fault(line, f"the line has {len(fields)} numbers, the first one {count}")
-    commas = "," in text.split("\n")[lines[0][0] - 1]
-    columns = _named(names, count) or _usual(lines[0], commas)
+    for line, each in lines:
+        if len(each) != count:
+            raise Fault(line, f"the line has {len(each)} numbers, the first one {count}")
+    columns = _named(names, count) or _usual(first, fields, "," in text.split("\n")[first - 1])
     if len(lines) < 2:
         raise Fault(0, "one pose is no trajectory; give at least two")
     # The rows of tagged lines begin with a tag.
-    rows = rows_of(((n, ["", *fields]) for n, fields in lines), Tag(0, count), whole, "")
+    rows = rows_of(((n, ["", *each]) for n, each in lines), Tag(0, count), int, "")
     if columns == _KITTI:
-        return Drive(_kitti(rows), None)
-    times, unit = _times(rows, columns[0])
-    poses = Rows(rows.line, rows.ids, rows.numbers[:, columns[1:]])
+        given = rows.numbers.reshape(-1, 3, 4)
+        check_near(rows, given[:, :, 3])
+        rotation = nearest_rotations(given[:, :, :3])
+        off = np.abs(rotation - given[:, :, :3]).max(axis=(1, 2)) > ROUNDED
+        rows.refuse(off, "the left part of [R | t] is not a rotation; give orthonormal columns")
+        return Drive(se3.from_parts(rotation, given[:, :, 3]), None)
+    times = rows.numbers[:, columns[0]]
+    back = np.diff(times, prepend=-np.inf) <= 0.0
+    rows.refuse(back, "the time does not ascend; sort the lines and drop copies")
+    poses = replace(rows, numbers=rows.numbers[:, columns[1:]])
     check_near(poses, poses.numbers[:, :3])
-    told = " ".join(_NAMES[k] for k in np.argsort(columns))
-    note = f"a line is read as {told}{unit and f', with the time in {unit}'}"
-    notes = (note,) if columns != _TUM or unit else ()
-    return Drive(quaternions.poses_of(poses), times, notes, columns[7] < columns[4])
+    told, unit = " ".join(_NAMES[k] for k in np.argsort(columns)), _unit(times[0])
+    note = f"a line is read as {told}{f', with the time in {_UNITS[unit]}' if unit > 1 else ''}"
+    notes = (note,) if columns != _TUM or unit > 1 else ()
+    return Drive(poses_of(poses), times / unit, notes, columns[7] < columns[4])
 
 
 def _table(text: str) -> tuple[list[Line], str]:
@@ -102,7 +102,7 @@ def _table(text: str) -> tuple[list[Line], str]:
     names, lines = "", list[Line]()
     for number, content in enumerate(text.split("\n"), start=1):
         data, _, comment = content.partition("#")
-        fields = _fields(data)
+        fields = fields_of(data)
         if fields and (lines or real(fields[0]) is not None):
             lines.append((number, fields))
         elif not lines:
@@ -110,7 +110,8 @@ def _table(text: str) -> tuple[list[Line], str]:
     return lines, names
 
 
-def _fields(data: str) -> list[str]:
+def fields_of(data: str) -> list[str]:
+    """Return the fields of a line, whatever separates them."""
     data = data.strip()
     for mark in ";,":
         if mark in data:
@@ -147,74 +148,41 @@ def _together(words: Sequence[str], axes: str) -> list[list[int]]:
     return found
 
 
-def _usual(first: Line, commas: bool) -> tuple[int, ...]:
+def _usual(line: int, fields: Sequence[str], commas: bool) -> tuple[int, ...]:
     """Return the columns of a format that has no names; ``commas`` separate its numbers."""
-    line, fields = first
     count = len(fields)
     if commas and count >= 8 and _unit(float(fields[0])) == 1e9:
         return _EUROC
     if count in (8, 12):
         return _TUM if count == 8 else _KITTI
-    decimal = (
-        "; decimal commas need semicolons between the numbers" if commas and count > 12 else ""
-    )
     raise Fault(
         line,
         f"{count} numbers are no pose of a trajectory; give 8, as TUM does (time x y z qx qy qz "
         "qw), or 12, as KITTI does ([R | t] row by row, without a last row 0 0 0 1), or name the "
         "columns in a line above; roll, pitch and yaw have to become a quaternion"
-        f"{decimal}",
+        + "; decimal commas need semicolons between the numbers"
+        * (commas and count > 12),
     )
-
-
-def _times(rows: Rows, column: int) -> tuple[Array, str]:
-    """Return the times ``(n,)`` (s), and the name of their unit if it is not the second."""
-    times = rows.numbers[:, column]
-    back = np.diff(times, prepend=-np.inf) <= 0.0
-    if np.any(back):
-        raise rows.fault(back, "the time does not ascend; sort the lines and drop copies")
-    unit = _unit(times[0])
-    return times / unit, _UNITS.get(unit, "")
 
 
 def _unit(time: float) -> float:
     return next((u for u in _UNITS if _EPOCH[0] < time / u < _EPOCH[1]), 1.0)
 
 
-def _kitti(rows: Rows) -> Array:
-    check_near(rows, rows.numbers[:, 3::4])
-    given = rows.numbers.reshape(-1, 3, 4)
-    rotation = nearest_rotations(given[:, :, :3])
-    off = np.abs(rotation - given[:, :, :3]).max(axis=(1, 2)) > _ROUNDED
-    if np.any(off):
-        raise rows.fault(
-            off, "the left part of [R | t] is not a rotation; give orthonormal columns"
-        )
-    return se3.from_parts(rotation, given[:, :, 3])
-
-
 def check_ends(closures: Edges, n: int) -> None:
-    """Check that ``closures`` refer to poses that a trajectory of ``n`` has.
-
-    Raises:
-        Fault: one refers to another pose; its line is named.
-    """
-    lost = np.any(closures.rows.ids >= n, axis=1)
-    if np.any(lost):
-        name = closures.rows.ids[np.argmax(lost)].max()
-        raise closures.rows.fault(
-            lost, f"pose {name} is missing: the trajectory has 0 to {n - 1}; drop the edge"
-        )
+    """Refuse, by a Fault, ``closures`` of poses that a trajectory of ``n`` does not have."""
+    last = closures.rows.ids.max(axis=1)
+    closures.rows.refuse(
+        last >= n,
+        lambda k: f"pose {last[k]} is missing: the trajectory has 0 to {n - 1}; drop the edge",
+    )
 
 
 def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None) -> GraphFile:
     """Return the graph of a drive: a step between consecutive poses, and closures.
 
     ``odometry`` are the standard deviations (m, rad) of each coordinate of a step. The graph is
-    in SE(2) if the closures are, and the drive stays within 1 mm and 1 mrad of its plane.
-
-    Raises:
-        ValueError: a deviation is not above 0, or the drive leaves the plane of the closures.
+    in SE(2) if the closures are; then the drive has to stay within 1 mm and 1 mrad of its plane.
     """
     position, angle = (positive("odometry", value) for value in odometry)
     poses = drive.poses
@@ -229,9 +197,9 @@ def graph_of(drive: Drive, odometry: tuple[float, float], closures: Edges | None
         graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
         repaired, skipped = closures.repaired + len(first), closures.skipped
         notes = (*notes, *closures.notes, *_steps_again(closures))
-    ids, w_first = np.arange(graph.n, dtype=np.int64), drive.w_first
-    said = doubts(Content(graph, ids, poses=poses, w_first=w_first))
-    return GraphFile(graph, poses, ids, ids, repaired, skipped, notes, drive.times, said, w_first)
+    ids = np.arange(graph.n, dtype=np.int64)
+    file = GraphFile(graph, poses, ids, ids, repaired, skipped, notes, drive.times)
+    return doubted(replace(file, w_first=drive.w_first))
 
 
 def other_orders(file: GraphFile) -> dict[str, PoseGraph]:
@@ -254,13 +222,10 @@ def other_orders(file: GraphFile) -> dict[str, PoseGraph]:
 
 def _steps_again(closures: Edges) -> tuple[str, ...]:
     """Return a sentence about closures between consecutive poses, if there are any."""
-    near = np.flatnonzero(np.abs(np.diff(closures.rows.ids, axis=1)[:, 0]) == 1)
-    if not near.size:
-        return ()
-    return (
-        f"{near.size:,} of the closures join consecutive poses (first line "
-        f"{closures.rows.line[near[0]]}), as the odometry does; drop those that are its steps",
-    )
+    near = closures.rows.line[np.abs(np.diff(closures.rows.ids, axis=1)[:, 0]) == 1]
+    words = "as the odometry does; drop those that are its steps"
+    many = f"{near.size:,} of the closures join consecutive poses"
+    return tuple(f"{many} (first line {line}), {words}" for line in near[:1])
 
 
 def _in_plane(poses: Array) -> Array:
@@ -279,8 +244,8 @@ def _in_plane(poses: Array) -> Array:
 
 
 def _out_of_plane(poses: Array) -> Mask:
-    high = np.abs(poses[:, 2, 3] - poses[0, 2, 3]) > _ROUNDED
-    return np.asarray(high | np.any(np.abs(poses[:, 2, :2]) > _ROUNDED, axis=1))
+    off = np.column_stack([poses[:, 2, 3] - poses[0, 2, 3], poses[:, 2, :2]])
+    return np.asarray(np.any(np.abs(off) > ROUNDED, axis=1))
 
 
 def write_tum(
@@ -294,8 +259,6 @@ def write_tum(
         TypeError: ``poses`` are not numbers, for instance a graph.
         ValueError: the shape does not fit, or an entry is not finite.
         OSError: the file cannot be written.
-
-    Source: Sturm et al. 2012.
     """
     matrices = _in_space(poses)
     given = np.arange(len(matrices)) if times is None else times
@@ -306,10 +269,7 @@ def write_tum(
 
 
 def write_kitti(path: str | os.PathLike[str], poses: ArrayLike) -> None:
-    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in KITTI's format; errors are as of ``write_tum``.
-
-    Source: Geiger et al. 2012.
-    """
+    """Write poses ``(n, 3)`` or ``(n, 3, 4)`` in KITTI's format; errors as of ``write_tum``."""
     write_lines(path, _rows(_in_space(poses).reshape(-1, 12)))
 
 
@@ -318,10 +278,8 @@ def _in_space(poses: ArrayLike) -> Array:
     if np.ndim(poses) == 3:
         return finite("poses", poses, (-1, 3, 4))
     plane = finite("poses", poses, (-1, 3))
-    matrices = np.zeros((len(plane), 3, 4))
-    matrices[:, :2, :2] = se2.rotation(plane)
-    matrices[:, 2, 2] = 1.0
-    matrices[:, :2, 3] = plane[:, :2]
+    matrices = np.tile(se3.identity(), (len(plane), 1, 1))
+    matrices[:, :2, :2], matrices[:, :2, 3] = se2.rotation(plane), plane[:, :2]
     return matrices
 
 

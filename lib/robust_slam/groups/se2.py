@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, ending
 
 DIMENSION = 2
 DOF = 3
@@ -110,10 +110,7 @@ def inverse_right_jacobian(xi: ArrayLike) -> Array:
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
-    array = np.asarray(value, dtype=np.float64)
-    if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 3), each [x, y, θ]")
-    return array
+    return ending(name, value, POSE_SHAPE, "[x, y, θ]")
 
 
 def _stack(position: Array, angle: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Ids
-from robust_slam.graphs import se2, se3
+from robust_slam.groups import se2, se3
 
 
 class Group(Protocol):

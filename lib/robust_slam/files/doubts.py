@@ -10,16 +10,16 @@ Source: derived here.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted, so_do
-from robust_slam.graphs.graph_file import Names, as_closure
-from robust_slam.graphs.group import upward
+from robust_slam.files.graph_file import GraphFile
 from robust_slam.graphs.pose_graph import FEW, PoseGraph, deviations, rows_of
+from robust_slam.groups.group import upward
 
 _BLIND = np.pi / np.sqrt(3.0)
 """The deviation (rad) of a direction about which nothing is known: uniform from -π to π."""
@@ -31,67 +31,36 @@ _UNLIKE = 1.5
 """A deviation differs by this factor where a sensor differs, and not by rounding."""
 _SOME = 3
 """The smallest number of turns that tell their order."""
-_ROUNDED = 1e-3
+ROUNDED = 1e-3
 """Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
 _AHEAD, _ASTRAY = 0.9, 0.75
 """The mean direction of travel in the robot's frame, of length 1 where it never changes."""
 
 
-@dataclass(frozen=True, eq=False)
-class Content:
-    """What a file was read as: the ``graph``, the ``names`` of its poses, and what was written.
-
-    ``lines`` ``(m,)`` are those of the edges, and ``turns`` ``(m, a)`` the sizes of their angles
-    (rad), if there are such. A trajectory has ``poses`` ``(n, …)`` instead, with w first or not.
-    """
-
-    graph: PoseGraph
-    names: Names
-    lines: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    turns: Array = field(default_factory=lambda: np.empty((0, 0)))
-    poses: Array | None = None
-    w_first: bool = False
-
-    @property
-    def odometry(self) -> Indices:
-        """The odometry, ascending."""
-        return np.flatnonzero(self.graph.is_odometry)
-
-    def named(self, edge: int) -> str:
-        """Return the ids of an edge, such as 7-8."""
-        i, j = self.names[self.graph.edges[edge]]
-        return f"{i}-{j}"
+def doubted(file: GraphFile) -> GraphFile:
+    """Return ``file`` with a sentence in ``doubts`` for each sign that it was meant otherwise."""
+    return replace(file, doubts=tuple(words for each in DOUBTS.values() if (words := each(file))))
 
 
-def doubts(content: Content) -> tuple[str, ...]:
-    """Return a sentence for each sign that the file was meant otherwise.
-
-    >>> graph = PoseGraph(2, [[0, 1]], [[1, 0, 0]], np.diag([1e-2, 1e-2, 1e-4]))
-    >>> doubts(Content(graph, np.arange(2)))[0][:40]
-    'the matrices claim a deviation of 100 ra'
-    """
-    return tuple(words for doubt in DOUBTS.values() if (words := doubt(content)))
-
-
-def _degrees(content: Content) -> str:
+def _degrees(file: GraphFile) -> str:
     """Doubt edges that turn by more than a circle."""
-    far = np.flatnonzero(np.any(content.turns > 2.0 * np.pi, axis=1))
+    far = np.flatnonzero(np.any(file.turns > 2.0 * np.pi, axis=1))
     if not far.size:
         return ""
     k, more = far[0], so_do(far.size - 1)
     return (
-        f"line {content.lines[k]}: edge {content.named(k)} turns by {content.turns[k].max():.4g} "
-        f"rad, more than a circle{more}; if these are degrees, multiply them by π/180, and the "
-        "information of the rotations by (180/π)²"
+        f"line {file.lines[k]}: edge {file.named(k)} turns by {file.turns[k].max():.4g} rad, more "
+        f"than a circle{more}; if these are degrees, multiply them by π/180, and the information "
+        "of the rotations by (180/π)²"
     )
 
 
-def _covariances(content: Content) -> str:
+def _covariances(file: GraphFile) -> str:
     """Doubt claims that no sensor makes, if the inverse matrices make claims that one does.
 
     One number for all, such as the identity, is neither: the noise is found, and the map right.
     """
-    graph = content.graph
+    graph = file.graph
     steps = np.linalg.norm(graph.translation[graph.is_odometry], axis=1)
     step = float(np.median(steps)) if steps.size else np.inf
     inverse = replace(graph, information=np.asarray(np.linalg.inv(graph.information)))
@@ -101,22 +70,18 @@ def _covariances(content: Content) -> str:
     one_number = np.eye(graph.group.DOF) * graph.information[0, 0, 0]
     if not (rotation or position) or np.all(graph.information == one_number):
         return ""
-    words = (
-        f"a deviation of {claimed[1]:.3g} rad, with which a direction is unknown"
-        if rotation
-        else f"a deviation of {claimed[0]:.3g} m for steps of {step:.3g} m"
-    )
-    return (
-        f"the matrices claim {words}; if they are covariances, write their inverses, the "
-        "information"
-    )
+    words = f"{claimed[0]:.3g} m for steps of {step:.3g} m"
+    if rotation:
+        words = f"{claimed[1]:.3g} rad, with which a direction is unknown"
+    remedy = "if they are covariances, write their inverses, the information"
+    return f"the matrices claim a deviation of {words}; {remedy}"
 
 
-def _w_first(content: Content) -> str:
+def _w_first(file: GraphFile) -> str:
     """Doubt quaternions of which another order gives small turns, or a steady way ahead."""
-    graph, poses = content.graph, content.poses
+    graph, poses = file.graph, _drive(file)
     order, space = "begins with w, write qx qy qz qw", graph.group.DIMENSION == 3
-    if content.w_first:
+    if file.w_first:
         order = "ends with w, name the columns in a line above"
     kinds = {"odometry": graph.is_odometry & (poses is None), "closures": ~graph.is_odometry}
     for kind, chosen in kinds.items() if space else ():
@@ -125,15 +90,20 @@ def _w_first(content: Content) -> str:
         x = np.abs(Rotation.from_matrix(graph.rotation[chosen]).as_quat()[:, 0])
         if np.median(x) > _AHEAD:
             return f"most of the {kind} turns by half a circle about x; if its quaternion {order}"
-    if poses is None or poses.ndim == 2:
+    if poses is None or not space:
         return ""
-    as_read, other = _way(poses), _way(rolled(poses, 1 if content.w_first else -1))
-    half = np.abs(poses[0, :, :3] - np.diag([1, -1, -1])).max() < _ROUNDED and not content.w_first
+    as_read, other = _way(poses), _way(rolled(poses, 1 if file.w_first else -1))
+    half = np.abs(poses[0, :, :3] - np.diag([1, -1, -1])).max() < ROUNDED and not file.w_first
     if half and other >= as_read:
         return f"the first pose is turned by half a circle about x; if its quaternion {order}"
     if as_read < _ASTRAY and other > _AHEAD:
         return f"the robot travels in all directions of its frame; if its quaternion {order}"
     return ""
+
+
+def _drive(file: GraphFile) -> Array | None:
+    """Return the poses of a trajectory; the edges of other files have lines."""
+    return None if file.lines.size else file.poses
 
 
 def rolled(poses: Array, by: int) -> Array:
@@ -152,13 +122,13 @@ def _way(poses: Array) -> float:
     return float(np.linalg.norm(mean))
 
 
-def _few_digits(content: Content) -> str:
+def _few_digits(file: GraphFile) -> str:
     """Doubt a trajectory far from the origin that was printed with six digits."""
-    if content.poses is None:
+    graph, poses = file.graph, _drive(file)
+    if poses is None:
         return ""
-    graph = content.graph
-    place = graph.group.translation(content.poses)
-    return few_digits("poses", place, float(np.median(deviations(graph)[0][content.odometry])))
+    claimed = float(np.median(deviations(graph)[0][file.odometry]))
+    return few_digits("poses", graph.group.translation(poses), claimed)
 
 
 def few_digits(what: str, places: Array, claimed: float) -> str:
@@ -176,15 +146,15 @@ def few_digits(what: str, places: Array, claimed: float) -> str:
     )
 
 
-def _same_ids(content: Content) -> str:
+def _same_ids(file: GraphFile) -> str:
     """Doubt steps of which nearly each is measured twice, and otherwise the second time."""
-    graph, n = content.graph, content.graph.n
+    graph, n = file.graph, file.graph.n
     pairs = np.sort(graph.edges, axis=1) @ [n, 1]
-    steps, others = content.odometry, np.flatnonzero(~graph.is_odometry)
+    steps, others = file.odometry, np.flatnonzero(~graph.is_odometry)
+    if not steps.size:
+        return ""
     order = steps[np.argsort(pairs[steps])]
     place = np.minimum(np.searchsorted(pairs[order], pairs[others]), order.size - 1)
-    if not order.size:
-        return ""
     twice = pairs[order[place]] == pairs[others]
     others, place = others[twice], place[twice]
     first, last = place.min(initial=n), place.max(initial=0)
@@ -195,7 +165,7 @@ def _same_ids(content: Content) -> str:
         return ""
     k = others[far[0]]
     return (
-        f"line {content.lines[k]} gives edge {content.named(k)} again with other numbers"
+        f"line {file.lines[k]} gives edge {file.named(k)} again with other numbers"
         f"{so_do(far.size - 1)}, and nearly each step has two edges; if two robots have the same "
         "ids, add an offset to those of one"
     )
@@ -209,34 +179,39 @@ def _disagree(graph: PoseGraph, steps: Indices, others: Indices) -> Mask:
     metres, radians = (np.linalg.norm(part, axis=1) for part in (off[:, :d], off[:, d:]))
     claimed = 10.0 * np.median(deviations(rows_of(graph, graph.is_odometry)), axis=1)
     usual = np.median(np.linalg.norm(graph.translation[graph.is_odometry], axis=1))
-    far = (metres > max(0.2 * usual, claimed[0])) | (radians > max(0.2, claimed[1]))
-    return np.asarray(far)
+    far: Mask = (metres > max(0.2 * usual, claimed[0])) | (radians > max(0.2, claimed[1]))
+    return far
 
 
-def _strange_steps(content: Content) -> str:
+def _strange_steps(file: GraphFile) -> str:
     """Doubt single steps that are as long, or as precise, as closures between drives."""
-    graph, odometry = content.graph, content.odometry
+    graph, odometry = file.graph, file.odometry
     if odometry.size < FEW:
         return ""
     length = np.linalg.norm(graph.translation[odometry], axis=1)
     usual = float(np.quantile(length, 0.95))
     far = odometry[length > _LEAP * max(usual, np.finfo(float).tiny)]
-    unlike = _unlike(graph, odometry)
+    edges, why = _unlike(graph, odometry), "claims what closures claim"
     if far.size:
-        why = f"is {np.max(length) / usual:.0f} times as long as others"
-        return _closure_words(content, far, why)
-    return _closure_words(content, unlike, "claims what closures claim") if unlike.size else ""
+        edges, why = far, f"is {np.max(length) / usual:.0f} times as long as others"
+    if not edges.size:
+        return ""
+    more = f", and {counted(edges.size - 1, 'other')} like it," if edges.size > 1 else ""
+    return (
+        f"edge {file.named(edges[0])}{more} counts as odometry, because its ids are neighbours, "
+        f"but {why}; if it joins two drives, name it as a closure: {file.as_closure(edges[0])}"
+    )
 
 
-def _steps_back(content: Content) -> str:
+def _steps_back(file: GraphFile) -> str:
     """Doubt a few steps that alone lead from the later to the earlier pose."""
-    odometry = content.odometry
-    back = odometry[content.graph.edges[odometry, 0] > content.graph.edges[odometry, 1]]
+    odometry = file.odometry
+    back = odometry[file.graph.edges[odometry, 0] > file.graph.edges[odometry, 1]]
     if not 0 < back.size <= 0.05 * odometry.size:
         return ""
     more = f", as {counted(back.size - 1, 'other')}," if back.size > 1 else ""
     return (
-        f"edge {content.named(back[0])}{more} leads back where the other steps lead ahead; if it "
+        f"edge {file.named(back[0])}{more} leads back where the other steps lead ahead; if it "
         "measures the way ahead, swap its ids"
     )
 
@@ -250,23 +225,15 @@ def _unlike(graph: PoseGraph, odometry: Indices) -> Indices:
     ours, theirs = np.median(claims[odometry], axis=0), np.median(claims[closures], axis=0)
     if np.max(np.abs(ours - theirs)) < np.log(_UNLIKE):
         return closures[:0]
-    near = np.log(_UNLIKE) / 4.0
-    alike = np.all(np.abs(claims[odometry] - ours) < near, axis=1)
-    foreign = np.all(np.abs(claims[odometry] - theirs) < near, axis=1)
-    found: Indices = odometry[foreign]
-    return found if np.sum(alike) > 0.95 * odometry.size else found[:0]
-
-
-def _closure_words(content: Content, edges: Indices, why: str) -> str:
-    named = content.named(edges[0])
-    more = f", and {counted(edges.size - 1, 'other')} like it," if edges.size > 1 else ""
-    return (
-        f"edge {named}{more} counts as odometry, because its ids are neighbours, but {why}; "
-        f"if it joins two drives, name it as a closure: {as_closure(named, edges[0])}"
+    alike, foreign = (
+        np.all(np.abs(claims[odometry] - usual) < np.log(_UNLIKE) / 4.0, axis=1)
+        for usual in (ours, theirs)
     )
+    found: Indices = odometry[foreign & (np.sum(alike) > 0.95 * odometry.size)]
+    return found
 
 
-DOUBTS: dict[str, Callable[[Content], str]] = {
+DOUBTS: dict[str, Callable[[GraphFile], str]] = {
     "degrees": _degrees,
     "covariances": _covariances,
     "w first": _w_first,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,11 +22,6 @@ class GraphFileError(ValueError):
     """A file is invalid; the message is ``file:line: problem; remedy``."""
 
 
-def as_closure(named: str, edge: int) -> str:
-    """Return how an edge is said to be a closure, at the command and in Python."""
-    return f"--closure {named}, or False in is_odometry (entry {edge})"
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class GraphFile:
     """The content of a file.
@@ -37,30 +32,39 @@ class GraphFile:
     ``skipped`` maps each skipped tag to its number of lines, ``notes`` are sentences about how the
     file was understood, and ``doubts`` about what it hardly meant to hold, such as degrees.
     ``times`` ``(n,)`` (s) are those of a trajectory, and ``w_first`` tells that its quaternions
-    begin with w.
+    begin with w. Of a graph, ``lines`` ``(m,)`` are those of its edges, and ``turns`` ``(m, a)``
+    the sizes of the angles (rad) in them, if there are such.
     """
 
     graph: PoseGraph
     poses: Array | None
     ids: Ids
     names: Names
-    repaired: Indices = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.intp))
-    skipped: dict[str, int] = dataclasses.field(default_factory=dict)
+    repaired: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    skipped: dict[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     times: Array | None = None
     doubts: tuple[str, ...] = ()
     w_first: bool = False
+    lines: Ids = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    turns: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     def __repr__(self) -> str:
         return f"<GraphFile: {repr(self.graph)[1:-1]}, {counted(len(self.remarks()), 'remark')}>"
 
+    def named(self, edge: int) -> str:
+        """Return the ids of an edge, such as 7-8."""
+        i, j = self.names[self.graph.edges[edge]]
+        return f"{i}-{j}"
+
+    def as_closure(self, edge: int) -> str:
+        """Return how an edge is said to be a closure, at the command and in Python."""
+        return f"--closure {self.named(edge)}, or False in is_odometry (entry {edge})"
+
     @property
-    def leaps(self) -> Indices:
-        """The odometry, ascending, between ids further apart than neighbouring ids mostly are."""
-        usual = np.median(np.diff(np.sort(self.ids)))
-        apart = np.abs(np.diff(self.ids[self.graph.edges], axis=1)[:, 0])
-        leaps: Indices = np.flatnonzero(self.graph.is_odometry & (apart > usual))
-        return leaps
+    def odometry(self) -> Indices:
+        """The odometry, ascending."""
+        return np.flatnonzero(self.graph.is_odometry)
 
     def steps_between(self, i: str, j: str) -> Mask:
         """Return the odometry ``(m,)`` between two ids of the file, in either order."""
@@ -70,17 +74,11 @@ class GraphFile:
 
     def remarks(self) -> list[str]:
         """Return a sentence for each thing that was replaced, skipped, assumed, or looks wrong."""
-        replaced = (
-            f"{self.repaired.size:,} of "
-            f"{counted(len(self.graph.edges), 'information matrix', 'information matrices')} "
-            "not positive definite and replaced"
-        )
+        matrices = counted(len(self.graph.edges), "information matrix", "information matrices")
+        replaced = f"{self.repaired.size:,} of {matrices} not positive definite and replaced"
         return [
             *([replaced] if self.repaired.size else []),
-            *(
-                f"skipped {counted(count, 'line')} with the tag {tag}"
-                for tag, count in self.skipped.items()
-            ),
+            *skipped_told(self.skipped),
             *self.notes,
             *self.doubts,
             *self._leap_told(),
@@ -88,20 +86,24 @@ class GraphFile:
         ]
 
     def _leap_told(self) -> list[str]:
-        """Return a sentence about odometry across a gap in the ids, if there is some."""
-        if not self.leaps.size:
-            return []
-        i, j = self.names[self.graph.edges[self.leaps[0]]]
+        """Return a sentence about odometry between ids further apart than neighbours usually."""
+        usual = np.median(np.diff(np.sort(self.ids)))
+        apart = np.abs(np.diff(self.ids[self.graph.edges], axis=1)[:, 0])
+        leaps = np.flatnonzero(self.graph.is_odometry & (apart > usual))
         return [
-            f"edge {i}-{j} crosses a gap in the ids{so_do(self.leaps.size - 1)} and counts as "
-            "odometry, which is trusted; if it is a loop closure, name it: "
-            f"{as_closure(f'{i}-{j}', self.leaps[0])}"
+            f"edge {self.named(k)} crosses a gap in the ids{so_do(leaps.size - 1)} and counts as "
+            f"odometry, which is trusted; if it is a loop closure, name it: {self.as_closure(k)}"
+            for k in leaps[:1]
         ]
 
     def summary(self) -> str:
         """Return the table of the graph's ``summary``, and a line for each of the ``remarks``."""
-        return "\n".join(
-            [self.graph.summary(), *(f"{'note':<10} {words}" for words in self.remarks())]
-        )
+        notes = (f"{'note':<10} {words}" for words in self.remarks())
+        return "\n".join([self.graph.summary(), *notes])
 
     __str__ = summary
+
+
+def skipped_told(skipped: Mapping[str, int]) -> list[str]:
+    """Return a sentence for each tag that was skipped, with its number of lines."""
+    return [f"skipped {counted(n, 'line')} with the tag {tag}" for tag, n in skipped.items()]

@@ -1,0 +1,17 @@
+from . import datasets as datasets
+from . import g2o as g2o
+from . import gtsam_graph as gtsam_graph
+from . import trajectories as trajectories
+from .graph_file import GraphFile as GraphFile
+from .graph_file import GraphFileError as GraphFileError
+from .gtsam_graph import from_gtsam as from_gtsam
+from .gtsam_graph import poses_from_gtsam as poses_from_gtsam
+from .gtsam_graph import to_gtsam as to_gtsam
+from .reading import load as load
+from .reading import read as read
+from .reading import read_poses as read_poses
+from .trajectories import write_kitti as write_kitti
+from .trajectories import write_tum as write_tum
+from .writing import save as save
+from .writing import to_columns as to_columns
+from .writing import to_rows as to_rows
