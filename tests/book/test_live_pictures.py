@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 import pytest
 from playwright.sync_api import Browser, Locator, expect
-from robust_slam_course.pictures import basins, majoriser
+from robust_slam_course.pictures import basins, cycles, majoriser
 
 from tests import depth
 from tests.book.alone import leave_alone
@@ -367,6 +367,15 @@ class TestAlone:
                 slider.press(end)
                 visit.page.wait_for_timeout(250)
             assert visit.complaints == []
+
+    def test_the_scale_of_a_town_stays_whatever_bends(self, browser):
+        with visiting(browser, "about:blank", **DESK.options) as visit:
+            visit.page.set_content(cycles().static_html())
+            truth = pictures(visit.page)[0].locator("path.is-ghost").first
+            before = truth.get_attribute("d")
+            visit.page.locator("[data-control=correct]").click()
+            seen(pictures(visit.page)[0])
+            assert truth.get_attribute("d") == before
 
     def test_readings_at_the_end_of_the_axis_have_their_minimum_there(self, browser):
         state = quote(json.dumps({"kernel": "cauchy", "z": [-4, 10]}))

@@ -1,11 +1,12 @@
 import { putHandle } from "./handle.js";
-import { pathThrough } from "./scene.js";
+import { lineBetween, pathThrough } from "./scene.js";
 
 /**
  * Maps between metres and pixels that fit `poses` (x, y, θ one after the other, in m, m, rad)
- * into the box `{x, y, width, height}` (pixels), with one scale for both axes.
+ * into the box `{x, y, width, height}` (pixels), with one scale for both axes; `room` is what stays free
+ * around them, in metres.
  */
-export function fitMap(box, poses, margin = 26) {
+export function fitMap(box, poses, margin = 26, room = 0) {
   let [west, east, south, north] = [Infinity, -Infinity, Infinity, -Infinity];
   for (let k = 0; k < poses.length; k += 3) {
     west = Math.min(west, poses[k]);
@@ -14,8 +15,8 @@ export function fitMap(box, poses, margin = 26) {
     north = Math.max(north, poses[k + 1]);
   }
   const scale = Math.min(
-    (box.width - 2 * margin) / Math.max(east - west, 1e-9),
-    (box.height - 2 * margin) / Math.max(north - south, 1e-9),
+    (box.width - 2 * margin) / Math.max(east - west + 2 * room, 1e-9),
+    (box.height - 2 * margin) / Math.max(north - south + 2 * room, 1e-9),
   );
   const [x0, y0] = [box.x + box.width / 2, box.y + box.height / 2];
   const [mx, my] = [(west + east) / 2, (south + north) / 2];
@@ -67,8 +68,8 @@ export function putDrive(scene, layer, key, map, poses, look) {
 
 /** An edge between poses `i` and `j`; `width` in pixels, `look` a class of the style sheet. */
 export function putEdge(scene, layer, key, map, poses, [i, j], look, width = 2) {
-  const d = pathThrough([posePixels(map, poses, i), posePixels(map, poses, j)]);
-  return scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width, "data-part": key });
+  const ends = lineBetween(posePixels(map, poses, i), posePixels(map, poses, j));
+  return scene.put(layer, key, "line", { class: `rs-edge ${look}`, ...ends, "stroke-width": width, "data-part": key });
 }
 
 /** The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. */
