@@ -62,6 +62,7 @@ class Book:
         parts: the captions of the parts, each with its pages, as in ``_toc.yml``.
         about: the title, author and version.
         style: the printer's style sheet.
+        drawn: of pages with live pictures, the states in which each is printed, as HTML.
     """
 
     def __init__(
@@ -70,8 +71,9 @@ class Book:
         parts: Sequence[tuple[str, Sequence[str]]],
         about: Mapping[str, str],
         style: str,
+        drawn: Mapping[str, Sequence[str]],
     ) -> None:
-        self.site, self.about, self.style = site, about, style
+        self.site, self.about, self.style, self.drawn = site, about, style, drawn
         self.parts = parts
         self.pages = [page for _, pages in parts for page in pages]
         self.lines: list[Line] = []
@@ -136,6 +138,10 @@ class Book:
         for code in article.select("pre"):
             if code.get_text().count("\n") > LONG:
                 code["class"] = [*code.get_attribute_list("class"), "long"]
+        for still, row in zip(
+            article.select(".rs-picture > figure"), self.drawn.get(page, ()), strict=False
+        ):
+            still.replace_with(BeautifulSoup(row, "html.parser"))
         for number, still in enumerate(article.select('img[src^="data:image/svg+xml"]')):
             still.replace_with(_drawn(still, number))
         for each in article.find_all(True):
