@@ -24,7 +24,6 @@ from robust_slam_autograder.commands import (
     regrade,
     release,
     report,
-    scores,
     towns,
 )
 
@@ -40,7 +39,6 @@ COMMANDS = (
     feedback,
     report,
     export,
-    scores,
     doctor,
     lint,
     public,

@@ -1,14 +1,14 @@
-import { numberText } from "../draw/number.js";
-import { possibleJoins } from "../draw/link.js";
-import { audiblePicture } from "../draw/listen.js";
-import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { setAttributes } from "../draw/scene.js";
-import { stageHeight, twoPanels, WIDE } from "../draw/stage.js";
-import { putStrip } from "../draw/strip.js";
-import { alignPoses, ate } from "../solve/metrics.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { possibleJoins } from "../canvas/js/draw/link.js";
+import { audiblePicture } from "../canvas/js/draw/listen.js";
+import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { setAttributes } from "../canvas/js/draw/scene.js";
+import { stageHeight, twoPanels, WIDE } from "../canvas/js/draw/stage.js";
+import { putStrip } from "../canvas/js/draw/strip.js";
+import { alignPoses, ate } from "../canvas/js/solve/metrics.js";
 import {
   CHI_99_SE2, graphResidualNorms, graphWithWrong, leastSquares, poseGraphProblem,
-} from "../solve/pose_graph.js";
+} from "../canvas/js/solve/pose_graph.js";
 
 /**
  * A town in which the reader moves a wrong closure. Each edge has the colour and the width of its
