@@ -156,9 +156,10 @@ function putWrongEnd(scene, map, { data, state, change }) {
 
 function showcaseCaption({ state, result: { kept, off } }) {
   const [name, end] = [METHODS[state.method], `${off.toFixed(2)}\u00a0m off.`];
+  const [s, its] = state.method === "switches" ? ["", "their"] : ["s", "its"];
   const where = `with the diamond at pose ${state.place}`;
   const who = kept === NINE ? "the nine" : `${kept} of the nine`;
-  if (!kept) return `${name} rejects the nine ${where}, and its map stays on the path, ${end}`;
-  if (off > AT_MOST) return `${name} follows ${who} ${where}, and they bend its map: it is ${end}`;
-  return `${name} keeps ${who} ${where}, but they hardly bend its map: it is ${end}`;
+  if (!kept) return `${name} reject${s} the nine ${where}, and ${its} map stays on the path, ${end}`;
+  if (off > AT_MOST) return `${name} follow${s} ${who} ${where}, and they bend ${its} map: it is ${end}`;
+  return `${name} keep${s} ${who} ${where}, but they hardly bend ${its} map: it is ${end}`;
 }
