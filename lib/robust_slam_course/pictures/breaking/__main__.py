@@ -14,40 +14,28 @@ from robust_slam_course.pictures.breaking import best, rules, scores
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return 0, 1 for an attack that fools nothing, or 2 after what is wrong."""
     parser = argparse.ArgumentParser(prog="breaking", description="Scores of Break the map.")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    command = commands.add_parser("replay", help="replay a score, and print a line of CSV")
-    command.add_argument("score", metavar="SCORE", help="such as A:gnc:1-9:1,-1:2")
-    command.set_defaults(run=_replay)
-    command = commands.add_parser("scores", help="replay a class's scores, and write a table")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    replay = commands.add_parser("replay", help="replay a score, and print a line of CSV")
+    replay.add_argument("score", metavar="SCORE", help="such as A:gnc:1-9:1,-1:2")
+    table = commands.add_parser("scores", help="replay a class's scores, and write a table")
     what = "a CSV of student,score, or a folder of files"
-    command.add_argument("scores", type=Path, metavar="PATH", help=what)
-    command.add_argument("--no-names", action="store_true", help="leave the students out")
-    command.add_argument("--to", type=Path, default=Path("class/scores.csv"), metavar="FILE")
-    command.set_defaults(run=_scores)
-    command = commands.add_parser("best", help="compute best.json anew, for hours, and print it")
-    command.set_defaults(run=_best)
+    table.add_argument("scores", type=Path, metavar="PATH", help=what)
+    table.add_argument("--no-names", action="store_true", help="leave the students out")
+    table.add_argument("--to", type=Path, default=Path("class/scores.csv"), metavar="FILE")
+    commands.add_parser("best", help="compute best.json anew, for hours, and print it")
     options = parser.parse_args(arguments)
     try:
-        return int(options.run(options))
+        if options.command == "scores":
+            print(scores.write(options.scores, options.to, names=not options.no_names))
+        elif options.command == "best":
+            print(json.dumps(best.table(), separators=(",", ":")))
+        else:
+            told = scores.replayed(rules.attack(options.score))
+            print(",".join(scores.HEAD), ",".join(told), sep="\n")
+            return 0 if scores.FOOLED in told else 1
     except (OSError, ValueError) as error:
         print(f"breaking: {error}", file=sys.stderr)
         return 2
-
-
-def _replay(options: argparse.Namespace) -> int:
-    told = scores.replayed(rules.attack(options.score))
-    print(*scores.HEAD, sep=",")
-    print(*told, sep=",")
-    return 0 if scores.FOOLED in told else 1
-
-
-def _scores(options: argparse.Namespace) -> int:
-    print(scores.write(options.scores, options.to, names=not options.no_names))
-    return 0
-
-
-def _best(_: argparse.Namespace) -> int:
-    print(json.dumps(best.table(), separators=(",", ":")))
     return 0
 
 

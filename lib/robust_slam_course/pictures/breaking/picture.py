@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-from typing import Any
-
 import numpy as np
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.breaking import rules as game
-from robust_slam_course.pictures.graphs import graph_data, map_still
+from robust_slam_course.pictures.graphs import graph_data, map_still, stored
 from robust_slam_course.quiz import ask
 
 _FIRST = "A:gnc:2-9:1,1:1"
 
 
-def _table() -> dict[str, dict[str, Any]]:
-    text = (files(__package__) / "best.json").read_text(encoding="utf-8")
-    found: dict[str, dict[str, Any]] = json.loads(text)
-    return found
-
-
 def breaking() -> Picture:
     """Return three small towns in which the reader fools a solver with few and small outliers."""
-    best = {key: found["score"] for key, found in _table().items()}
+    best = {key: found["score"] for key, found in stored("breaking/best.json").items()}
     first, shown = game.attack(_FIRST), game.attack(best["A:gnc"])
     graph, truth, _ = game.town(first.town)
     spoiled = game.attacked(first)
