@@ -69,12 +69,13 @@ def code_cells(app: Sphinx, page: str) -> dict[int, dict[str, str]]:
 def parts(code: str) -> list[dict[str, Any]]:
     """Split a cell into parts that run one without another, with the names that each gives.
 
-    A cell that imports and sets up, and does nothing else, is split into its statements, because
-    what is imported may take seconds to load; any other cell is one part.
+    A cell that imports, and otherwise calls alone, is split into its statements, because what is
+    imported may take seconds to load; any other cell is one part.
     """
     body = ast.parse(code).body
-    given = [_imported(each) or _set_up(each) for each in body]
-    if not all(given) or not _imported(body[0]):
+    calls = [_root(each.value) if isinstance(each, ast.Expr) else set() for each in body]
+    given = [_imported(each) or call for each, call in zip(body, calls, strict=True)]
+    if not all(given) or calls[:1] != [set()]:
         return [{"code": code, "gives": sorted(gives(code))}]
     lines = code.split("\n")
     starts = [0, *(each.lineno - 1 for each in body[1:]), len(lines)]
@@ -87,16 +88,6 @@ def parts(code: str) -> list[dict[str, Any]]:
 def _imported(code: ast.AST) -> set[str]:
     nodes = ast.walk(code)
     return {(n.asname or n.name).split(".")[0] for n in nodes if isinstance(n, ast.alias)}
-
-
-def _set_up(statement: ast.stmt) -> set[str]:
-    """Return the name of what a statement sets, where it is a call that does nothing else."""
-    match statement:
-        case ast.Expr(value=ast.Call(func=ast.Name(id=name))):
-            return {name}
-        case ast.Expr(value=ast.Call(func=ast.Attribute() as method)):
-            return _root(method) & MODULES
-    return set()
 
 
 def gives(code: str) -> set[str]:

@@ -24,9 +24,9 @@ COPIES = 5
 PATIENCE = 600_000
 """Milliseconds that Chromium may take; it lays out some two hundred pages."""
 LIVE = "!document.querySelector('[data-picture]:not([data-live])')"
-STATES = """() => {
+PARTS = """() => {
   dispatchEvent(new Event("beforeprint"));
-  return [...document.querySelectorAll(".rs-paper")].map((row) => row.outerHTML);
+  return [...document.querySelectorAll(".rs-paper, .rs-answers")].map((part) => part.outerHTML);
 }"""
 
 
@@ -46,28 +46,26 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-def states(site: Path, pages: Iterable[str]) -> dict[str, list[str]]:
-    """Return the states of each live picture as it is printed from its page, as HTML, by page."""
+def drawn(site: Path, pages: Iterable[str]) -> dict[str, list[str]]:
+    """Return what each page draws for its own print, as HTML: pictures' states, then answers."""
     with chromium() as browser:
         page, found = browser.new_page(), {}
         for name in pages:
-            path = site / f"{name}.html"
-            if "data-picture" in path.read_text(encoding="utf-8"):
-                page.goto(path.as_uri())
-                page.wait_for_function(LIVE)
-                found[name] = page.evaluate(STATES)
+            page.goto((site / f"{name}.html").as_uri())
+            page.wait_for_function(LIVE)
+            found[name] = page.evaluate(PARTS)
     return found
 
 
 def book(
-    site: Path, pages: Iterable[str] = (), drawn: Mapping[str, Sequence[str]] | None = None
+    site: Path, pages: Iterable[str] = (), own: Mapping[str, Sequence[str]] | None = None
 ) -> Book:
     """Return the book that ``_toc.yml`` lists, or only some of its pages.
 
     Args:
         site: the built site.
         pages: those that are wanted; all where there are none.
-        drawn: the ``states`` of pictures; a page without them has the still ones.
+        own: what is ``drawn``; a page without it has still pictures and answers in their places.
     """
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
     parts = [("", [toc["root"]])]
@@ -84,7 +82,7 @@ def book(
     drawing = (site / "_static" / "one-lie.svg").read_text(encoding="utf-8")
     about["lead"] = f'<div role="img" aria-label="One drive, drawn three times.">{drawing}</div>'
     style = (Path(__file__).with_name("print.css")).read_text(encoding="utf-8")
-    return Book(site, [part for part in parts if part[1]], about, style, drawn or {})
+    return Book(site, [part for part in parts if part[1]], about, style, own or {})
 
 
 def write(book: Book, target: Path, paper: str) -> int:
@@ -143,8 +141,7 @@ def main(paper: str = "a4") -> int:
     logging.getLogger("pypdf").setLevel(logging.ERROR)
     site = ROOT / "build" / "html"
     try:
-        drawn = states(site, book(site).pages)
-        pages = write(book(site, drawn=drawn), target, paper)
+        pages = write(book(site, own=drawn(site, book(site).pages)), target, paper)
     except OSError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1

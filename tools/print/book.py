@@ -29,8 +29,6 @@ WIDE = ("api", "cheat-sheet")
 """Pages in columns, which are as wide as the paper lets them."""
 LONG = 19
 """Lines of code that stay on one page."""
-NAMED = re.compile(r'( id="|url\(#|href="#)')
-"""Where a drawing names one of its parts."""
 HASH = re.compile(r"(url\(['\"]?#|^#)([^)'\"]+)")
 DOCUMENT = """<!DOCTYPE html>
 <html lang="en" data-theme="light">
@@ -64,7 +62,8 @@ class Book:
         parts: the captions of the parts, each with its pages, as in ``_toc.yml``.
         about: the title, author and version.
         style: the printer's style sheet.
-        drawn: of pages with live pictures, the states in which each is printed, as HTML.
+        drawn: the parts of a page that it draws for its own print, as HTML: rows of its pictures'
+            states, in their order, and then its answers.
     """
 
     def __init__(
@@ -136,17 +135,17 @@ class Book:
             each["open"] = ""
         for quiz in article.select(".rs-quiz"):
             quiz.append(_answers(quiz, soup))
-        if answers := _answers_of(article, soup):
-            article.append(answers)
         for code in article.select("pre"):
             if code.get_text().count("\n") > LONG:
                 code["class"] = [*code.get_attribute_list("class"), "long"]
-        for still, row in zip(
-            article.select(".rs-picture > figure"), self.drawn.get(page, ()), strict=False
-        ):
-            still.replace_with(BeautifulSoup(row, "html.parser"))
-        for number, still in enumerate(article.select('img[src^="data:image/svg+xml"]')):
-            still.replace_with(_drawn(still, number))
+        rows = [BeautifulSoup(row, "html.parser") for row in self.drawn.get(page, ())]
+        if rows and rows[-1].select_one(".rs-answers"):
+            for box in article.select("details.sd-dropdown > summary"):
+                if box.get_text(strip=True) == "Answer" and box.parent:
+                    box.parent.decompose()
+            article.append(rows.pop())
+        for still, row in zip(article.select(".rs-picture > figure"), rows, strict=False):
+            still.replace_with(row)
         for each in article.find_all(True):
             self._rename(each, page)
         for link in article.select("a[href]"):
@@ -188,43 +187,6 @@ class Book:
         if target != page and not link.find("code"):
             number = soup.new_tag("span", attrs={"class": "rs-at", "data-to": to})
             link.insert_after(number)
-
-
-def _drawn(still: Tag, number: int) -> Tag:
-    """Return an image's drawing as a part of the page, in whose letters it is then written."""
-    text = unquote(str(still["src"])).partition(",")[2]
-    drawing = BeautifulSoup(NAMED.sub(rf"\g<1>still{number}-", text), "html.parser").svg
-    assert drawing is not None
-    drawing.attrs |= {"role": "img", "aria-label": still["alt"], "class": "still"}
-    return drawing
-
-
-def _answers_of(article: Tag, soup: BeautifulSoup) -> Tag | None:
-    """Return the answers to a page's predictions and exercises, which it then has no longer."""
-    section = soup.new_tag("section", attrs={"class": "rs-answers", "id": "answers"})
-    for answer in article.select(".rs-predict p:has(> .is-right:first-child)"):
-        asked = answer.find_parent("fieldset")
-        assert asked is not None and asked.legend is not None
-        section.append(_answer(asked.legend.get_text().removeprefix("Predict: "), answer, soup))
-    for box in article.select("details.sd-dropdown"):
-        if box.summary is not None and box.summary.get_text(strip=True) == "Answer":
-            before = box.find_previous_sibling("p")
-            number = before.strong.get_text() if before is not None and before.strong else ""
-            section.append(_answer(number, box.extract(), soup))
-    if not section.contents:
-        return None
-    heading = soup.new_tag("h2")
-    heading.string = "Answers"
-    section.insert(0, heading)
-    return section
-
-
-def _answer(to: str, answer: Tag, soup: BeautifulSoup) -> Tag:
-    """Return an answer behind the question, or the number of the exercise."""
-    box, asked = soup.new_tag("div"), soup.new_tag("strong")
-    asked.string = to
-    box.extend([asked, " ", answer])
-    return box
 
 
 def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:

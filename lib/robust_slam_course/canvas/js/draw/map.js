@@ -82,36 +82,36 @@ export function nearestPose(poses, x, y, allowed = () => true) {
   return best;
 }
 
+const JOIN_GAP = 2; // poses, from one end of a closure to the other
+
 /**
  * The two ends of each closure in `closures` as handles on `poses`. An end snaps to the
  * nearest pose; arrows move it along the drive. `edit(list)` is told the new closures;
- * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses,
- * `first` the number of the first pose as it is spoken, `last` the last that may be joined, `key` what
- * the handles' keys begin with.
+ * Delete removes one where `removable`. `last` is the last pose that may be joined.
  */
 export function putClosureHandles(scene, map, poses, closures, edit, {
-  gap = 2, removable = true, noun = "Closure", first = 0, key = "closure", last = poses.length / 3 - 1,
-} = {}) {
+  noun, removable = true, last = poses.length / 3 - 1,
+}) {
   closures.forEach((closure, number) => [0, 1].forEach((end) => {
     const [here, there] = [closure[end], closure[1 - end]];
     const move = (pose) => edit(closures.map((other, k) => {
-      if (k !== number || Math.abs(pose - there) < gap) return other;
+      if (k !== number || Math.abs(pose - there) < JOIN_GAP) return other;
       return end === 0 ? [pose, there] : [there, pose];
     }));
     const [x, y] = posePixels(map, poses, here);
-    putHandle(scene, `${key}-${number}-${end}`, {
+    putHandle(scene, `closure-${number}-${end}`, {
       x, y, shape: end ? "diamond" : "circle", look: "rs-wrong",
       label: `${noun} ${number + 1}, ${end ? "second" : "first"} end`,
-      text: `pose ${here + first}`, now: here + first, least: first, most: last + first,
+      text: `pose ${here}`, now: here, least: 0, most: last,
       drag: (px, py) => move(nearestPose(
-        poses, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - there) >= gap,
+        poses, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - there) >= JOIN_GAP,
       )),
       step: (right, up) => {
         const steps = right || up;
         const to = Math.min(last, Math.max(0, here + steps));
         // Past the other end, on to the first pose on its far side, or where there is none, on this side.
-        const [far, near] = [there + Math.sign(steps) * gap, there - Math.sign(steps) * gap];
-        move(Math.abs(to - there) >= gap ? to : far >= 0 && far <= last ? far : near);
+        const [far, near] = [there + Math.sign(steps) * JOIN_GAP, there - Math.sign(steps) * JOIN_GAP];
+        move(Math.abs(to - there) >= JOIN_GAP ? to : far >= 0 && far <= last ? far : near);
       },
       remove: removable ? () => edit(closures.filter((_, k) => k !== number)) : undefined,
     });
