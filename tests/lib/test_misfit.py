@@ -88,12 +88,11 @@ def test_a_map_that_noise_does_not_explain_says_why_and_is_doubted_where_it_is_b
 
 
 @pytest.mark.parametrize("world", [10, 12, 13])
-def test_odometry_is_given_more_noise_where_a_few_steps_have_far_more(world):
+def test_a_map_is_doubted_where_a_few_steps_have_far_more_noise(world):
     graph, truth = noisy(world)
     answer = solve(graph)
-    assert np.all(answer.kept)
-    assert ate(answer.poses, truth) < 0.2
-    assert answer.misfit and answer.support is Support.UNIQUE
+    assert ate(answer.poses, truth) < 0.4
+    assert answer.support is Support.WEAK
 
 
 @pytest.mark.parametrize("make", [manhattan, sphere])

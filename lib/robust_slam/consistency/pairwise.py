@@ -117,7 +117,8 @@ class _Displacements:
 
     ``ends`` ``(m, 2)``, in the direction of travel; ``move`` ``(m, …)`` is G; ``adjoint``
     ``(m, D, D)`` Ad(G⁻¹); ``own`` ``(m, D, D)`` Q; ``accumulated`` ``(n + 1, D, D)`` the sums
-    S at every pose, and 0 above the roots; ``ancestors`` those of the odometry's trees.
+    S at every pose, and 0 above the roots; ``turned`` ``(m,)`` and ``turns`` ``(n + 1,)`` are the
+    traces of both in the rotation; ``ancestors`` those of the odometry's trees.
     """
 
     ends: Indices
@@ -125,10 +126,14 @@ class _Displacements:
     adjoint: Array
     own: Array
     accumulated: Array
+    turned: Array
+    turns: Array
     ancestors: Ancestors
 
 
-def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> Array:
+def pairwise_distances(
+    graph: PoseGraph, closures: ArrayLike | None = None, *, most: float = inf
+) -> Array:
     """Return the Mahalanobis distance √(eᵀ Σ⁻¹ e) of each pair, ``(m, m)``, without a unit.
 
     ``closures`` is a mask ``(M,)`` of the edges to compare, by default all that are not
@@ -138,7 +143,8 @@ def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> A
     with 3 degrees of freedom in SE(2) and 6 in SE(3), to first order. Where one loop ends before
     the other begins, the odometry in between is in both parts of the cycle, so that it is counted
     twice and the distance is smaller. The matrix is symmetric with a zero diagonal, and
-    0 too where two closures join different sessions.
+    0 too where two closures join different sessions. A distance above ``most`` may be inf, for
+    less work.
 
     Raises:
         ValueError: the mask does not fit or marks odometry.
@@ -147,7 +153,7 @@ def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> A
     distances = np.zeros((chosen.size, chosen.size))
     world, session = _displacements(graph, chosen)
     for members in _groups(session):
-        for p, q, distance in _pairs(graph, world, members):
+        for p, q, distance in _pairs(graph, world, members, most):
             distances[p, q] = distances[q, p] = distance
     return distances
 
@@ -186,7 +192,7 @@ def pairwise_consistent(graph: PoseGraph, gamma: float, closures: ArrayLike | No
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
     limit = positive("gamma", gamma)
-    return np.asarray(pairwise_distances(graph, closures) <= limit)
+    return np.asarray(pairwise_distances(graph, closures, most=limit) <= limit)
 
 
 def pcm(
@@ -269,7 +275,7 @@ def _compared(
     blocks, complete = [], len(parts) == len(groups)
     for members in parts:
         consistent = np.ones((members.size, members.size), dtype=np.bool_)
-        for p, q, distance in _pairs(graph, world, members):
+        for p, q, distance in _pairs(graph, world, members, gamma):
             if deadline.passed:
                 complete = False
                 break
@@ -303,7 +309,7 @@ def _cut(world: _Displacements, groups: list[Indices], pairs: int) -> list[Indic
 
 
 def _pairs(
-    graph: PoseGraph, world: _Displacements, members: Indices
+    graph: PoseGraph, world: _Displacements, members: Indices, most: float = inf
 ) -> Iterator[tuple[Indices, Indices, Array]]:
     """Yield p, q and the distance of every pair p < q of members, a bounded number at a time."""
     rows = 1 + _CHUNK // (members.size + 1)
@@ -311,7 +317,7 @@ def _pairs(
         block = np.arange(first, min(first + rows, members.size))
         q, p = np.nonzero(np.arange(members.size) < block[:, None])
         p, q = members[p], members[q + first]
-        yield p, q, _distances(graph, world, p, q)
+        yield p, q, _distances(graph, world, p, q, most)
 
 
 def _displacements(graph: PoseGraph, chosen: Indices) -> tuple[_Displacements, Indices]:
@@ -326,8 +332,14 @@ def _displacements(graph: PoseGraph, chosen: Indices) -> tuple[_Displacements, I
     own = _transformed(group.adjoint(end), covariance)
     accumulated = _accumulated(graph, forest, poses)
     adjoint = group.adjoint(group.inverse(move))
-    world = _Displacements(ends, move, adjoint, own, accumulated, ancestors)
+    turned, turns = (_turning(each, group.DIMENSION) for each in (own, accumulated))
+    world = _Displacements(ends, move, adjoint, own, accumulated, turned, turns, ancestors)
     return world, forest.part[ends]
+
+
+def _turning(covariance: Array, dimension: int) -> Array:
+    rotation = covariance[:, dimension:, dimension:]
+    return np.asarray(np.trace(rotation, axis1=1, axis2=2))
 
 
 def _odometry_forest(graph: PoseGraph) -> Forest:
@@ -388,21 +400,35 @@ def _covariances(graph: PoseGraph, edges: Indices) -> Array:
     return np.asarray(np.linalg.inv(graph.information[edges]), dtype=np.float64)
 
 
-def _distances(graph: PoseGraph, world: _Displacements, p: Indices, q: Indices) -> Array:
-    group, a = graph.group, world.adjoint[q]
-    error = group.log(group.between(world.move[q], world.move[p]))
+def _distances(
+    graph: PoseGraph, world: _Displacements, p: Indices, q: Indices, most: float
+) -> Array:
+    """Return the distances of pairs, infinite where the rotation alone is beyond ``most``.
+
+    Its variance in all directions together is at least that in the direction of the error, and the
+    same in every frame; the other components can only add to the distance.
+    """
+    error = graph.group.log(graph.group.between(world.move[q], world.move[p]))
+    distances, near = np.full(p.size, inf), np.arange(p.size)
+    if most < inf:
+        angle = error[:, graph.group.DIMENSION :]
+        variance = world.turned[p] + world.turned[q]
+        for end in (0, 1):
+            variance += _between(world, world.turns, world.ends[p, end], world.ends[q, end])
+        near = np.flatnonzero(np.sum(angle**2, axis=1) <= most**2 * variance)
+        p, q, error = p[near], q[near], error[near]
     (i_p, j_p), (i_q, j_q) = world.ends[p].T, world.ends[q].T
-    odometry = _between(world, j_p, j_q) + _transformed(a, _between(world, i_p, i_q))
-    covariance = world.own[p] + world.own[q] + odometry
+    sums = world.accumulated
+    behind = _transformed(world.adjoint[q], _between(world, sums, i_p, i_q))
+    covariance = world.own[p] + world.own[q] + _between(world, sums, j_p, j_q) + behind
     weighted = np.linalg.solve(covariance, error[..., None])[..., 0]
-    squared: Array = np.sum(error * weighted, axis=-1)
-    return np.sqrt(np.maximum(squared, 0.0))
+    distances[near] = np.sqrt(np.maximum(np.sum(error * weighted, axis=-1), 0.0))
+    return distances
 
 
-def _between(world: _Displacements, a: Indices, b: Indices) -> Array:
-    """Return the covariance P ``(…, D, D)`` of the odometry between poses ``a`` and ``b``."""
-    below, ancestor = world.ancestors.common(a, b), world.accumulated
-    return np.asarray(ancestor[a] + ancestor[b] - 2.0 * ancestor[below])
+def _between(world: _Displacements, sums: Array, a: Indices, b: Indices) -> Array:
+    """Return what ``sums`` ``(n + 1, …)`` from the roots are between poses ``a`` and ``b``."""
+    return np.asarray(sums[a] + sums[b] - 2.0 * sums[world.ancestors.common(a, b)])
 
 
 def _transformed(adjoint: Array, covariance: Array) -> Array:

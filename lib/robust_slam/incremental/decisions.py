@@ -146,7 +146,7 @@ def agreeing(graph: PoseGraph, among: Mask, new: Mask, threshold: float) -> Mask
         near |= among & np.all(np.abs(ends - one) <= _NEAR, axis=1)
     agreed = np.zeros(among.size, dtype=np.bool_)
     if near.sum() > 1:
-        pairs = (pairwise_distances(graph, near) <= threshold) & new[near][:, None]
+        pairs = (pairwise_distances(graph, near, most=threshold) <= threshold) & new[near][:, None]
         np.fill_diagonal(pairs, False)
         agreed[near] = np.any(pairs, axis=0) | np.any(pairs, axis=1)
     return agreed

@@ -277,6 +277,7 @@ class GrowingMap:
             return Search(
                 graph=graph,
                 x0=x0,
+                given=graph.is_odometry,
                 trusted=graph.is_odometry,
                 threshold=self._threshold,
                 learns=self._options[1],

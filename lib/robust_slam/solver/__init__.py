@@ -45,10 +45,10 @@ from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import originals, rescaled
-from robust_slam.solver.rivals import comparable, contests, unbeaten
+from robust_slam.solver.rivals import compared, contests, unbeaten
 from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Support as Support
-from robust_slam.solver.support import judge_support, misfit_of
+from robust_slam.solver.support import judge_support
 
 _REACH = 1e6
 """Edges so many times as long as all poses in a row are beyond what double precision solves."""
@@ -86,8 +86,7 @@ def solve(
     PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
-    others are left out. Where noise does not explain the map, another one is tried that gives the
-    odometry more noise.
+    others are left out.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
@@ -140,7 +139,8 @@ def solve(
     threshold = positive("threshold", threshold)
     deadline = Deadline.after(max_seconds)
     with stages(progress) as tell:
-        trusted = _trusted(graph, threshold, tell, deadline) | (known == 1.0)
+        given = graph.is_odometry | (known == 1.0)
+        trusted = given | _bridging(graph, threshold, tell, deadline)
         if start is None:
             x0 = spanning_tree(graph, trusted.astype(np.float64))
         else:
@@ -149,19 +149,19 @@ def solve(
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
         none = np.zeros(len(graph.edges), dtype=np.bool_)
-        search = Search(graph, x0, trusted, threshold, find_noise, tell, until, entropy, none)
+        search = Search(
+            graph, x0, given, trusted, threshold, find_noise, tell, until, entropy, none
+        )
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
         tell("slips of the odometry are looked for")
-        search, best = find_slips(search, best)
-        candidates.extend([best] if np.any(search.slips) else [])
+        agreement = compared(search, best)
+        search, best = find_slips(search, best, agreement)
+        slipped = bool(np.any(search.slips))
+        candidates.extend([best] if slipped else [])
         best = search.refined(best)
         tell("rivals are looked for")
-        found = list(contests(search, best))
-        if not np.any(search.slips) and not comparable(found):
-            for other in search.wider(best) if misfit_of(search, best) else ():
-                candidates.append(best := other)
-                found = list(contests(search, best))
+        found = list(contests(search, best, None if slipped else agreement))
         search, best, found = unbeaten(search, best, found)
         candidates.extend([best] if best.name == "rival" else [])
         judgement = judge_support(search, best, found)
@@ -215,13 +215,13 @@ def _beyond_reach(graph: PoseGraph) -> Mask:
     return np.asarray(far)
 
 
-def _trusted(graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline) -> Mask:
-    """Return the edges ``(m,)`` that are trusted: the odometry, and bridges between sessions."""
+def _bridging(graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline) -> Mask:
+    """Return the closures ``(m,)`` that join the sessions that the odometry leaves."""
     if graph.odometry_joins_all:
-        return graph.is_odometry
+        return np.zeros(len(graph.edges), dtype=np.bool_)
     tell("PCM compares closures, for those that join sessions")
     bridges = find_bridges(graph, pcm(graph, threshold, max_seconds=deadline.left).kept)
-    return graph.is_odometry | np.isin(np.arange(len(graph.edges)), bridges.edges)
+    return np.isin(np.arange(len(graph.edges)), bridges.edges)
 
 
 def _certified(graph: PoseGraph, best: Candidate, deadline: Deadline) -> tuple[Array, Certificate]:

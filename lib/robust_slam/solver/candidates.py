@@ -75,13 +75,6 @@ _MANY = 1000
 """So many closures tell their noise whatever they claim."""
 _MUCH = 100.0
 """Two descents that agree with so much evidence (nats) need no third."""
-_WIDE = np.array([3.0, 3.0, 1.0, 1.0])
-"""So many times its noise odometry is given where noise does not explain a map …"""
-_ABOUT = 12.0
-"""… and so much less evidence (nats) may the map have, the price of a usual step that slipped.
-
-Both were chosen on worlds of tier D: none of A tells what odometry of mixed noise needs.
-"""
 _LOOSE = 1e-8
 """The share of its information that a slipped step keeps."""
 _CLAIMED = Found(np.ones(4), np.zeros(4))
@@ -115,15 +108,16 @@ class Candidate:
 class Search:
     """What all candidates have in common.
 
-    They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
-    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold.
-    ``entropy`` is that of ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry
-    that are given up. ``tell`` is told each descent, and after the
-    ``deadline`` no other begins.
+    They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, of which
+    ``given`` ``(m,)`` were told to be right, and keep a closure up to the ``threshold``. With
+    ``learns`` they find their noise, else the claims hold. ``entropy`` is that of
+    ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry that are given up.
+    ``tell`` is told each descent, and after the ``deadline`` no other begins.
     """
 
     graph: PoseGraph
     x0: Array
+    given: Mask
     trusted: Mask
     threshold: float
     learns: bool
@@ -171,17 +165,6 @@ class Search:
     @property
     def _joins(self) -> bool:
         return bool(np.any(self.trusted & ~self.graph.is_odometry))
-
-    def wider(self, best: Candidate) -> Iterator[Candidate]:
-        """Yield the map where odometry has more noise, if it is supported about as much.
-
-        One deviation cannot describe odometry of which a few steps have far more noise than the
-        rest. The evidence is then against the larger one, although with it more closures fit.
-        Where the claims hold there is none.
-        """
-        for other in self._tried("DCS", best.found * _WIDE) if self.learns else ():
-            if other.evidence > best.evidence - _ABOUT:
-                yield self.refined(other)
 
     def refined(self, best: Candidate) -> Candidate:
         """Return ``best`` with poses and noise that belong to each other.

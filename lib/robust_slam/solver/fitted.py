@@ -10,6 +10,7 @@ Source: Förstner 1979 and Baarda 1968 for the matrix; Hutchinson 1990 for drawi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -55,10 +56,9 @@ class Fitted:
 
         It is None where the edges do not determine the poses to working precision.
         """
-        factors = self._factors(self.graph.information)
-        if factors is None:
+        if self._own is None:
             return None
-        at_i, at_j = factors.solve(self._pulled(whitened))[self.graph.edges.T]
+        at_i, at_j = self._own.solve(self._pulled(whitened))[self.graph.edges.T]
         by_j, transfer = self.jacobian
         return np.asarray(np.moveaxis(self.root @ (by_j @ (transfer @ at_i + at_j)), -1, 0))
 
@@ -98,14 +98,17 @@ class Fitted:
         """
         noise = np.zeros((edges.size, *self.residuals.shape))
         noise[np.arange(edges.size), edges] = whitened
-        factors = self._factors(self.graph.information)
-        assert factors is not None
-        return np.asarray(np.moveaxis(factors.solve(self._pulled(noise)), -1, 0))
+        assert self._own is not None
+        return np.asarray(np.moveaxis(self._own.solve(self._pulled(noise)), -1, 0))
 
     def log_determinant(self, information: Array) -> float:
         """Return log det JᵀJ with another ``information`` ``(m, D, D)``, or infinity."""
         factors = self._factors(information)
         return np.inf if factors is None else float(np.sum(np.log(factors.pivots[1:])))
+
+    @cached_property
+    def _own(self) -> PoseFactors | None:
+        return self._factors(self.graph.information)
 
     def _factors(self, information: Array) -> PoseFactors | None:
         nothing = np.zeros_like(self.residuals)

@@ -29,6 +29,7 @@ from robust_slam.graphs.pose_graph import (
     PoseGraph,
     connected_parts,
     relative_poses,
+    residual_norms,
     residuals,
     select,
     squared_norms,
@@ -45,8 +46,8 @@ _LEAST = 3
 """Fewer rejected closures are no rival; so many of a group are trusted, lest one is wrong."""
 _TRIED = 5
 """So many groups are tried, the largest first."""
-_CHANCES, _MORE = 5, 1.3
-"""So many draws tell how large groups are by chance; a rival has more than this share."""
+_MORE = 1.3
+"""A rival has more closures than this many times those that agree by chance, and one."""
 _CLEAR = 2.0
 """A closure within so many thresholds is no matter of dispute."""
 _STEPS, _AT_REST = 10, 0.05
@@ -73,16 +74,27 @@ def places(ends: Indices) -> Indices:
     return np.array(first, dtype=np.intp)
 
 
-def compared(
-    search: Search, best: Candidate, closures: Indices, *, in_map: bool = False
-) -> tuple[Array, Indices]:
-    """Return how far pairs of ``closures`` ``(k,)`` disagree, and how many agree by chance.
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How far pairs of rejected ``closures`` ``(k,)`` disagree, and how many must agree.
 
-    The distances ``(2, k, k)`` are those of ``pairwise_distances``, in which first the kept edges
-    of the map take the place of the odometry, a tree of the fewest of them, and then the trusted
-    edges; ``in_map`` gives the first alone, ``(1, k, k)``. By chance is any pose of the map seen
-    from any other: so many ``(2,)`` or ``(1,)`` of such closures agree with one at most.
+    The distances ``far`` ``(t, k, k)``, inf beyond the threshold, are along t trees of edges. More
+    than ``enough`` ``(t,)`` must agree with one, since that many do by chance, where closures
+    measure how any pose of the map is seen from any other.
     """
+
+    closures: Indices
+    far: Array
+    enough: Array
+
+
+def compared(search: Search, best: Candidate, *, in_map: bool = False) -> Agreement:
+    """Return how the closures that a map rejects agree.
+
+    First the kept edges of the map, a tree of the fewest of them, take the place of the odometry,
+    and then the trusted edges; ``in_map`` asks along the first tree alone.
+    """
+    closures = np.flatnonzero(~best.kept & ~search.graph.is_odometry)
     graph = rescaled(search.graph, best.found)
     whole, every = as_mapped(graph, best), np.arange(best.kept.size)
     fewest = find_forest(whole, best.kept, np.ones(best.kept.size), np.array([graph.n // 2]))
@@ -90,32 +102,33 @@ def compared(
         replace(whole, is_odometry=np.isin(every, fewest.edge)),
         replace(graph, is_odometry=search.trusted),
     )
-    rng, asked, drawn = np.random.default_rng(0), np.isin(every, closures), []
+    asked, far, enough = np.isin(every, closures), [], []
     for tree in trees[:1] if in_map else trees:
-        draws = (_by_chance(tree, best.poses, closures, rng) for _ in range(_CHANCES))
-        drawn.append([pairwise_distances(one, asked) for one in (tree, *draws)])
-    far = np.array(drawn)
-    agree = far[:, 1:] <= search.threshold
-    return far[:, 0], agree.sum(axis=2).max(axis=(1, 2), initial=0)
+        far.append(pairwise_distances(tree, asked, most=search.threshold))
+        enough.append(_LEAST - 1.0)
+        if largest(np.array(far[-1:]), np.array(enough[-1:]), search.threshold) is not None:
+            by_chance = _by_chance(tree, best.poses, closures)
+            drawn = pairwise_distances(by_chance, asked, most=search.threshold)
+            agree = np.sum(drawn <= search.threshold, axis=1).max()
+            enough[-1] = max(enough[-1], _MORE * (agree + 1))
+    return Agreement(closures, np.array(far), np.array(enough))
 
 
-def largest(far: Array, chance: Indices, threshold: float) -> Array | None:
+def largest(far: Array, enough: Array, threshold: float) -> Array | None:
     """Return how far closures ``(k,)`` are from that which most agree with, beyond chance.
 
-    The distances ``far`` ``(t, k, k)`` and the counts by ``chance`` ``(t,)`` are of ``compared``.
-    It is None where no more agree.
+    The distances ``far`` ``(t, k, k)`` and what is not ``enough`` ``(t,)`` are those of an
+    ``Agreement``, or of some of its closures. It is None where no more agree.
     """
-    more = np.sum(far <= threshold, axis=1) - np.maximum(_MORE * chance, _LEAST - 1)[:, None]
+    more = np.sum(far <= threshold, axis=1) - enough[:, None]
     if more.max(initial=0.0) <= 0.0:
         return None
     return np.asarray(far[np.unravel_index(np.argmax(more), more.shape)])
 
 
-def _by_chance(
-    graph: PoseGraph, poses: Array, closures: Indices, rng: np.random.Generator
-) -> PoseGraph:
+def _by_chance(graph: PoseGraph, poses: Array, closures: Indices) -> PoseGraph:
     """Return the graph whose ``closures`` measure where one pose is seen from another."""
-    i, j = poses[rng.integers(graph.n, size=(2, closures.size))]
+    i, j = poses[np.random.default_rng(0).integers(graph.n, size=(2, closures.size))]
     measurement = graph.measurement.copy()
     measurement[closures] = graph.group.between(i, j)
     return replace(graph, measurement=measurement)
@@ -155,66 +168,68 @@ def unbeaten(
         if not better:
             break
         first = max(better, key=lambda one: one.for_rival - one.for_map)
-        odometry = search.graph.is_odometry
-        free = replace(search, trusted=odometry)
+        free = replace(search, trusted=search.given)
         won = search.refined(free.settle("rival", first.rival.poses, best.tested))
         if won.evidence <= best.evidence:
             break
         beaten = Contest(best, first.for_map, first.for_rival)
-        trusted = odometry.copy()
+        trusted = search.given.copy()
         trusted[find_bridges(search.graph, won.kept).edges] = True
         search, best = replace(search, trusted=trusted), won
         found = [beaten, *contests(search, best)]
     return search, best, found
 
 
-def contests(search: Search, best: Candidate) -> Iterator[Contest]:
+def contests(
+    search: Search, best: Candidate, agreement: Agreement | None = None
+) -> Iterator[Contest]:
     """Yield a contest with each of the ``rivals`` of the map."""
     free = _free(search, best)
-    for rival in rivals(search, best):
+    for rival in rivals(search, best, agreement or compared(search, best)):
         for_rival = _beyond(free, rival, best)
         for_map = _beyond(free, best, rival) if for_rival > 0.0 else np.inf
         yield Contest(rival, for_rival, for_map)
 
 
-def rivals(search: Search, best: Candidate) -> Iterator[Candidate]:
+def rivals(search: Search, best: Candidate, agreement: Agreement) -> Iterator[Candidate]:
     """Yield a map for each group of closures that ``best`` rejects and that agree.
 
     The middle of a group is trusted, GNC finds what else agrees with it, and truncated least
     squares decides freely from there, with the noise of the map.
     """
-    if np.sum(~best.kept & ~search.graph.is_odometry) < _LEAST:
-        return
     free = _free(search, best)
-    left = np.flatnonzero(~best.kept & _rejected(free, best.poses))
-    far, chance = compared(search, best, left)
+    asked = _rejected(free, best.poses)[agreement.closures]
+    left, far = agreement.closures[asked], agreement.far[:, asked][:, :, asked]
     for _ in range(_TRIED):
-        near = largest(far, chance, search.threshold)
+        near = largest(far, agreement.enough, search.threshold)
         if near is None or search.deadline.passed:
             return
-        group = left[near <= search.threshold]
-        seed = left[np.argsort(near, kind="stable")[:_LEAST]]
-        tried = np.isin(left, seed)
-        with suppress(ValueError):
-            rival = free.settle("rival", _forced(free, best, seed, group), np.ones(4))
-            if np.all(rival.kept[group]):
-                tried |= rival.kept[left]
-            if np.any(rival.kept[left]):
-                yield rival
+        agree = near <= search.threshold
+        seed = np.argsort(near, kind="stable")[:_LEAST]
+        # Of a group that is torn or leads nowhere, another part may be right.
+        tried = near <= max(np.median(near[agree]), near[seed].max())
+        if places(free.graph.edges[left[agree]]).size > 1:
+            with suppress(ValueError):
+                for poses in _forced(free, best, left[seed], left[agree]):
+                    rival = free.settle("rival", poses, np.ones(4))
+                    if np.any(rival.kept[left]):
+                        yield rival
+                    if np.all(rival.kept[left[agree]]):
+                        tried |= rival.kept[left]
         left, far = left[~tried], far[:, ~tried][:, :, ~tried]
 
 
 def _free(search: Search, best: Candidate) -> Search:
-    """Return the search with the noise of the map, where the odometry alone is trusted."""
+    """Return the search with the noise of the map, where what is given alone is trusted."""
     graph = rescaled(search.graph, best.found)
-    return replace(search, graph=graph, trusted=graph.is_odometry, learns=False)
+    return replace(search, graph=graph, trusted=search.given, learns=False)
 
 
-def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Array:
-    """Return the poses that GNC reaches with a ``group`` whose ``seed`` is trusted.
+def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Iterator[Array]:
+    """Yield the poses that GNC reaches with a ``group`` whose ``seed`` is trusted, if it fits.
 
     It begins at the map without the closures that may contradict the seed, where the seed
-    puts sessions.
+    puts sessions. If most of the seed does not fit there, there is no rival.
     """
     used, trusted, n = best.kept.copy(), free.trusted.copy(), free.graph.n
     used[group] = trusted[seed] = True
@@ -225,7 +240,9 @@ def _forced(free: Search, best: Candidate, seed: Indices, group: Indices) -> Arr
     problem = Sparing(select(free.graph, used), poses, trusted[used], steps=1)
     first = trusted | (best.kept & ~_against(free, best, seed))
     poses = at_rest(problem, first[used], poses, free.deadline)
-    return gnc(problem, free.threshold, "tls", poses, tol=TOL, max_seconds=free.deadline.left).x
+    left, c = free.deadline.left, free.threshold
+    if np.median(residual_norms(free.graph, poses)[seed]) <= c:
+        yield gnc(problem, c, "tls", poses, tol=TOL, max_seconds=left).x
 
 
 def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
@@ -236,7 +253,7 @@ def _against(free: Search, best: Candidate, seed: Indices) -> Mask:
     """
     low, high = np.sort(free.graph.edges, axis=1).T
     cuts = np.arange(1, free.graph.n)
-    kept = best.kept & ~free.graph.is_odometry
+    kept = best.kept & ~free.given
 
     def crossing(closures: Indices) -> Indices:
         before = np.searchsorted(np.sort(low[closures]), cuts)

@@ -37,7 +37,7 @@ from robust_slam.graphs.pose_graph import (
 )
 from robust_slam.solver.candidates import TOL, Candidate, Search
 from robust_slam.solver.noise import rescaled
-from robust_slam.solver.rivals import APART, as_mapped, at_rest, compared, largest
+from robust_slam.solver.rivals import APART, Agreement, as_mapped, at_rest, compared, largest
 
 _MOST = 8
 """No more slips are looked for: the odometry is then of another kind."""
@@ -60,15 +60,19 @@ _WITHIN = 1.5
 """More closures than before must be within so many thresholds, or none returns to pay a slip."""
 
 
-def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate]:
-    """Return the search without the steps that slipped, and its map, or both as they were."""
-    unlike = _unlike(search.graph)
+def find_slips(search: Search, best: Candidate, agreement: Agreement) -> tuple[Search, Candidate]:
+    """Return the search without the steps that slipped, and its map, or both as they were.
+
+    ``agreement`` is that of the closures that ``best`` rejects.
+    """
+    unlike, first = _unlike(search.graph), best
     apart = [_fewer(unlike, *one) for one in _apart(search, best, unlike)]
     search, best = max([(search, best), *apart], key=lambda one: _worth(unlike, *one))
     while np.sum(search.slips) < _MOST and not search.deadline.passed:
+        agree = agreement if best is first else compared(search, best, in_map=True)
         found = [
             one
-            for start in _starts(search, best, unlike)
+            for start in _starts(search, best, unlike, agree)
             if not search.deadline.passed
             for one in _freed(search, best, start)
             if _is_sure(search, best, *one, unlike)
@@ -156,7 +160,8 @@ def _fewer(unlike: Array, search: Search, best: Candidate) -> tuple[Search, Cand
             break
         less = replace(search, slips=search.slips & (np.arange(best.kept.size) != step))
         with suppress(ValueError):
-            one = less.settle("slips", best.poses, best.tested)
+            name = "slips" if np.any(less.slips) else "DCS"
+            one = less.settle(name, best.poses, best.tested)
             if _worth(unlike, less, one) > _worth(unlike, search, best):
                 search, best = less, one
     return search, best
@@ -171,7 +176,9 @@ class _Start:
     used: Mask
 
 
-def _starts(search: Search, best: Candidate, unlike: Array) -> Iterator[_Start]:
+def _starts(
+    search: Search, best: Candidate, unlike: Array, agreement: Agreement
+) -> Iterator[_Start]:
     """Yield a start for each step to try: unlike ones, and those that a group points to."""
     order = np.argsort(-unlike, kind="stable")
     for step in order[(unlike[order] > 1.0) & ~search.slips[order]][:_TRIED]:
@@ -179,7 +186,7 @@ def _starts(search: Search, best: Candidate, unlike: Array) -> Iterator[_Start]:
     graph = as_mapped(rescaled(search.graph, best.found), best)
     length = np.where(search.graph.is_odometry, 1.0, float(graph.n) ** 2)
     forest = find_forest(graph, best.kept, length, np.array([0]))
-    for group in _groups(search, best):
+    for group in _groups(search, agreement):
         for step in _pointed_at(graph, forest, unlike, group, best.kept & ~search.trusted):
             tree = graph.edges[forest.edge[(forest.edge >= 0) & (forest.edge != step)]]
             i, j = connected_parts(graph.n, tree)[graph.edges.T]
@@ -190,14 +197,11 @@ def _starts(search: Search, best: Candidate, unlike: Array) -> Iterator[_Start]:
             yield _Start(step, poses, used)
 
 
-def _groups(search: Search, best: Candidate) -> Iterator[Indices]:
+def _groups(search: Search, agreement: Agreement) -> Iterator[Indices]:
     """Yield groups of rejected closures that agree in the map, their middle first."""
-    left = np.flatnonzero(~best.kept & ~search.graph.is_odometry)
-    if left.size < min(_PLACES.values()):
-        return
-    far, chance = compared(search, best, left, in_map=True)
+    left, far = agreement.closures, agreement.far[:1]
     for _ in range(_TRIED):
-        near = largest(far, chance, search.threshold)
+        near = largest(far, agreement.enough[:1], search.threshold)
         if near is None or search.deadline.passed:
             return
         order = np.argsort(near, kind="stable")

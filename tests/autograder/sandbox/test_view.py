@@ -35,8 +35,9 @@ def test_extras_are_not_followed():
     """The library solves with cvxpy and compares with gtsam where they are there."""
     assert "cvxpy" in names_shown("cvxpy")
     found = packages.find((*DEFAULT_PACKAGES, "robust_slam"))
-    others = {"cvxpy", "gtsam", "evo", "networkx", "nbgrader", "pytest"}
+    others = {"cvxpy", "evo", "networkx", "nbgrader", "pytest"}
     assert all((SITE / other).exists() for other in others)
+    others.add("gtsam")  # not there for every Python
     assert "robust_slam" in found.names and not others & {*found.names}
 
 
