@@ -50,6 +50,7 @@ def drawn(site: Path, pages: Iterable[str]) -> dict[str, list[str]]:
     """Return what each page draws for its own print, as HTML: pictures' states, then answers."""
     with chromium() as browser:
         page, found = browser.new_page(), {}
+        page.set_default_timeout(PATIENCE)
         for name in pages:
             page.goto((site / f"{name}.html").as_uri())
             page.wait_for_function(LIVE)
