@@ -139,7 +139,8 @@ class Book:
             if code.get_text().count("\n") > LONG:
                 code["class"] = [*code.get_attribute_list("class"), "long"]
         rows = [BeautifulSoup(row, "html.parser") for row in self.drawn.get(page, ())]
-        if rows and rows[-1].select_one(".rs-answers"):
+        if rows and (answers := rows[-1].select_one(".rs-answers")):
+            answers["id"] = "answers"
             for box in article.select("details.sd-dropdown > summary"):
                 if box.get_text(strip=True) == "Answer" and box.parent:
                     box.parent.decompose()
