@@ -25,8 +25,6 @@ AWAY = (
 """What paper has no use for: folded code is one click away on the site."""
 SHARED = 3
 """A title that so many chapters have, as *Quiz*, is not in the contents."""
-WIDE = ("api", "cheat-sheet")
-"""Pages in columns, which are as wide as the paper lets them."""
 LONG = 19
 """Lines of code that stay on one page."""
 HASH = re.compile(r"(url\(['\"]?#|^#)([^)'\"]+)")
@@ -94,8 +92,7 @@ class Book:
             name = f'class="page {Path(page).name}" style="page: page{k}"'
             pages.append(f"<section {name}>{article}</section>")
             head = _text(article.h1).replace("\\", "").replace('"', "'")
-            wide = "margin-left: 17mm; margin-right: 17mm;" if Path(page).name in WIDE else ""
-            rules.append(f'@page page{k} {{ {wide} @top-left {{ content: "{head}" }} }}')
+            rules.append(f'@page page{k} {{ @top-left {{ content: "{head}" }} }}')
         return DOCUMENT.format(
             title=escape(self.about["title"]),
             author=escape(self.about["author"]),
