@@ -25,7 +25,11 @@ export PYTHONDONTWRITEBYTECODE :=
 files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ipynb_checkpoints/*' 2>/dev/null)
 # Runs a command with its output in build/log, and shows how far it is.
 QUIETLY := $(BIN)/python tools/quietly.py
-COURSE := lib/pyproject.toml autograder/pyproject.toml
+# The course's settings, also where only tests of the library or of the grader are named.
+PYTEST := $(BIN)/pytest -c pyproject.toml
+# The library, and what the course adds to it.
+LIBRARY := lib/robust_slam lib/course
+COURSE := lib/pyproject.toml lib/course/pyproject.toml autograder/pyproject.toml
 READY := $(VENV)/.ready
 # Packages for development as well: the tests', the linters' and what benchmarks compare with.
 READY_DEV := $(VENV)/.ready-dev
@@ -45,7 +49,7 @@ PARTS := build/.parts$(shell $(find-parts))
 # Without two packages that jsonschema's extra names: each program that reads a notebook would make
 # forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
 PIN := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
+	--no-header --no-emit-package robust-slam --no-emit-package rfc3987-syntax --no-emit-package lark
 BENCHES := speed graduated growth
 
 help: ## say what there is
@@ -57,7 +61,7 @@ setup-dev: $(READY_DEV) ## add what tests, checks and benchmarks need
 
 $(READY): requirements.lock $(COURSE)
 	$(call environment,setup,-r $<)
-	@$(call install-by-uv,--quiet --no-deps --no-build-isolation -e lib -e autograder)
+	@$(call install-by-uv,--quiet --no-deps --no-build-isolation -e lib -e lib/course -e autograder)
 	@touch $@
 
 $(READY_DEV): requirements.lock requirements-dev.lock $(COURSE) | $(READY)
@@ -94,7 +98,7 @@ ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
 # The sample report and feedback, where they are made.
 SAMPLES := $(wildcard build/shown/pages/report/*.html build/shown/pages/feedback/*/*.html)
 
-$(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) $(SAMPLES) \
+$(BOOK): $(call files,chapters $(LIBRARY)) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) $(SAMPLES) \
 		$(wildcard $(RUNTIME)) $(FONTS)
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@rm -rf build/_build/html/reports # of notebooks that failed in an earlier build
@@ -119,7 +123,7 @@ $(FONTS): tools/fonts.py $(READY)
 runtime: $(RUNTIME) ## collect Python for the pages, 78 MB; the next `make book` takes it
 
 # The editor is joined by a tool that needs Node, which the packages for development have.
-$(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime assignments chapters/python/editor) \
+$(RUNTIME): $(call files,$(LIBRARY) autograder/robust_slam_autograder tools/runtime assignments chapters/python/editor) \
 		requirements.lock $(READY_DEV) $(JUPYTERLITE)
 	@$(QUIETLY) runtime $(BIN)/python -m tools.runtime
 
@@ -147,7 +151,7 @@ quick: setup-dev $(FONTS) ## did this change break what it touched? style, types
 	@$(MAKE) -j 2 check quick-tests
 
 quick-tests: setup-dev $(FONTS)
-	$(BIN)/pytest -q --depth quick -n $(or $(JOBS),logical) --dist loadfile --no-loadscope-reorder
+	$(PYTEST) -q --depth quick -n $(or $(JOBS),logical) --dist loadfile --no-loadscope-reorder
 
 test: ## does the course work here? STRICT=1 fails where a test would be left out
 	$(call ready,test)
@@ -176,7 +180,7 @@ leaves-out = $(BIN)/python -m tests.needs $(1) $(if $(filter-out 0,$(STRICT)),--
 TESTS ?=
 # Half of a test's time is waiting for browsers, kernels and limits.
 define tests
-ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q --depth $(1) $(TESTS) \
+ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(PYTEST) -q --depth $(1) $(TESTS) \
 	-n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) \
 	--maxprocesses 9 --dist loadfile --no-loadscope-reorder
 endef

@@ -35,7 +35,7 @@ endef
 
 release: $(RELEASED) ## make the student release, build/release, with a zip for each assignment
 
-$(RELEASED): $(call files,solutions autograder/robust_slam_autograder lib) _config.yml $(READY)
+$(RELEASED): $(call files,solutions autograder/robust_slam_autograder $(LIBRARY)) _config.yml $(READY)
 	@$(QUIETLY) release $(BIN)/autograder release
 	@touch $@
 
@@ -45,9 +45,9 @@ $(RUNTIME): $(RELEASED)
 public: setup ## write the course as the public may have it, build/public
 	$(BIN)/autograder public
 
-$(HANDED_IN): $(call files,solutions tests/assignments) tests/sample_class.py $(RELEASED)
+$(HANDED_IN): $(call files,solutions) $(RELEASED)
 	@mkdir -p $(SAMPLE)
-	@$(BIN)/python -m tests.sample_class write build/release $(SAMPLE)/submitted
+	@$(BIN)/python -m solutions.classes.sample_class write build/release $(SAMPLE)/submitted
 	@touch $@
 
 grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment>/
@@ -55,7 +55,7 @@ grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment
 	$(BIN)/autograder grade $(SUBMITTED)/*/* "$${stray[@]}"
 
 misconceptions: setup ## find out how answers can be wrong, for the grader to name it
-	$(BIN)/autograder misconceptions --answers tests/assignments
+	$(BIN)/autograder misconceptions --answers solutions/answers
 
 feedback: setup ## write a page for each submission, class/feedback
 	$(BIN)/autograder feedback --site ../../../build/html
@@ -74,13 +74,13 @@ $(SANDBOX): $(READY)
 		'is graded without one. Fix that before you grade anything else.'; }
 
 # One seed, so that the pages differ only where the course does.
-$(SHOWN_PAGES): $(call files,solutions tests/assignments autograder/robust_slam_autograder lib) \
-		tests/shown_class.py _config.yml $(READY) | $(SANDBOX)
+$(SHOWN_PAGES): $(call files,solutions autograder/robust_slam_autograder $(LIBRARY)) _config.yml \
+		$(READY) | $(SANDBOX)
 	@rm -rf $(SHOWN)
 	@$(QUIETLY) shown $(SHELL) -ec " \
-		$(BIN)/python -m tests.shown_class write $(SHOWN)/release $(SHOWN)/submitted; \
+		$(BIN)/python -m solutions.classes.shown_class write $(SHOWN)/release $(SHOWN)/submitted; \
 		$(BIN)/autograder grade $(SHOWN)/submitted/*/* $$(cat $(SANDBOX)) --out $(SHOWN)/graded --seed 0; \
-		$(BIN)/python -m tests.shown_class pages $(SHOWN)/graded $(SHOWN)/pages"
+		$(BIN)/python -m solutions.classes.shown_class pages $(SHOWN)/graded $(SHOWN)/pages"
 	@touch $@
 
 grade-sample: $(HANDED_IN) | $(SANDBOX)
@@ -91,10 +91,10 @@ grade-sample: $(HANDED_IN) | $(SANDBOX)
 			--site ../../../html; \
 		$(BIN)/autograder report --out $(SAMPLE)/graded --to $(SAMPLE)/report \
 			--feedback $(SAMPLE)/feedback"
-	@$(BIN)/python -m tests.sample_class table $(SAMPLE)/graded/marks.json
+	@$(BIN)/python -m solutions.classes.sample_class table $(SAMPLE)/graded/marks.json
 
 # Each says first what in its list is out of date.
-MUTANTS := tests.lib.course.mutants tests.autograder.mutants tests.assignments.mutation
+MUTANTS := tests.course.mutants tests.grader.mutants tests.assignments.mutation
 mutants: setup-dev ## plant faults in the page's solvers, grader and solutions: tests must notice
 	@bad=0; for list in $(MUTANTS); do $(BIN)/python -m $$list || bad=1; done; exit $$bad
 
@@ -102,9 +102,9 @@ soak: ## the long tests: every sandbox, long fuzzing, mutants, a published book,
 	@echo 'make soak runs the long tests, for hours.'
 	@$(call install,soak)
 	$(BIN)/python -m tests.assignments.seeds
-	$(BIN)/pytest -q --depth soak tests/autograder tests/assignments/test_answers.py \
+	$(PYTEST) -q --depth soak autograder/tests tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_doors.py tests/test_readme.py tests/runtime \
-		tests/students_page tests/operate_page tests/book tests/lib/test_breaking.py
+		tests/students_page tests/operate_page tests/book tests/course/test_breaking.py tests/grader
 	$(MAKE) mutants
 	@# The public course, as a repository of its own.
 	rm -rf $(PUBLISHED)

@@ -1,1 +1,1 @@
-"""Tests mirror the tree: lib/, autograder/, book/, assignments/; the sample class is here too."""
+"""The course's tests; those of library and grader are beside them."""

@@ -29,7 +29,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from tests.conftest import leave_out
+from autograder.tests.kernel import leave_out
 
 CHROMIUM = (
     "--no-sandbox",

@@ -37,6 +37,9 @@ PACKAGES = (
     "tools",
     "benchmarks",
     "tests",
+    "lib.tests",
+    "autograder.tests",
+    *(["solutions"] if (ROOT / "solutions").is_dir() else []),
 )
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
@@ -47,11 +50,6 @@ settings.register_profile("quick", settings.get_profile("all"), max_examples=10)
 settings.register_profile(
     "soak", settings.get_profile("all"), derandomize=False, max_examples=2000, print_blob=True
 )
-
-
-def is_soak(config: pytest.Config) -> bool:
-    """Tell whether a test may take minutes."""
-    return bool(config.getoption("depth") == "soak")
 
 
 class Depth:
@@ -126,8 +124,8 @@ def touched() -> set[Path]:
 
 def _module(name: str) -> str:
     parts = Path(name).with_suffix("").parts
-    inner = parts[1:] if parts[0] in ("lib", "autograder") else parts
-    return ".".join(inner).removesuffix(".__init__")
+    start = next((k for k, part in enumerate(parts) if part.startswith("robust_slam")), 0)
+    return ".".join(parts[start:]).removesuffix(".__init__")
 
 
 def _git(*words: str) -> list[str]:

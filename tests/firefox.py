@@ -11,7 +11,7 @@ from typing import Any
 
 import websocket
 
-from tests.conftest import leave_out
+from autograder.tests.kernel import leave_out
 
 SECONDS = 300.0
 # Everything but this machine is sent to a proxy that is not there.

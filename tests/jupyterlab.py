@@ -1,9 +1,7 @@
 """A JupyterLab of a user who has nothing set up, and a page that shows it."""
 
 import json
-import os
 import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
@@ -14,10 +12,10 @@ from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, Route
 
-from tests import kernel
+from autograder.tests import kernel
+from autograder.tests.as_user import SCRIPTS, nothing_set_up
 from tests.chromium import page_in
 
-SCRIPTS = Path(sys.executable).parent
 TOKEN = "none-but-the-test"
 _OPTIONS = (
     "--no-browser",
@@ -36,20 +34,12 @@ _SETTINGS: dict[str, dict[str, object]] = {
 
 def environment(home: Path) -> dict[str, str]:
     """Variables for a user who has nothing set up; cells stay on the page when out of sight."""
-    own = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
     settings = home / "settings"
     for name, values in _SETTINGS.items():
         file = settings / "@jupyterlab" / f"{name}.jupyterlab-settings"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(values), encoding="utf-8")
-    return {
-        **os.environ,
-        **own,
-        "HOME": str(home),
-        "IPYTHONDIR": str(home / "ipython"),
-        "JUPYTERLAB_SETTINGS_DIR": str(settings),
-        "PATH": os.pathsep.join([str(SCRIPTS), os.environ.get("PATH", "")]),
-    }
+    return nothing_set_up(home) | {"JUPYTERLAB_SETTINGS_DIR": str(settings)}
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """Tries mutants: small changes of the product, each with the test that must then fail.
 
-A list of them is a command: ``python -m tests.autograder.mutants [WORD…]``, and likewise
-``tests.lib.course.mutants``. It says first which mutants no longer fit what is there. Then it
+A list of them is a command: ``python -m tests.grader.mutants [WORD…]``, and likewise
+``tests.course.mutants``. It says first which mutants no longer fit what is there. Then it
 changes a copy of the project, one mutant at a time, and runs its test, which must fail or take
 longer than ``SECONDS``. Before, every test must pass on the project as it is. With words, only
 mutants whose file or test contains one of them are tried.
@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SECONDS = 240
 """For one test. A mutant may hang: that counts as caught."""
-PYTEST = (sys.executable, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider")
+PYTEST = (sys.executable, "-Bm", "pytest", "-qc", "pyproject.toml", "-p", "no:cacheprovider")
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def fails(tests: Sequence[str], folder: Path, seconds: float) -> bool:
     Raises:
         RuntimeError: no test was run.
     """
-    places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib"))
+    places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib", "lib/course"))
     pytest = subprocess.Popen(
         [*PYTEST, "-x", *tests],
         cwd=folder,

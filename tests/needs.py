@@ -1,7 +1,7 @@
 """What tests need: ``python -m tests.needs DEPTH`` says before they begin what is missing here.
 
 With ``--strict`` it fails, so that it takes no minutes to be told. What only a test finds out,
-as whether npm reaches its registry, it says itself by ``tests.conftest.leave_out``.
+as whether npm reaches its registry, it says itself by ``autograder.tests.kernel.leave_out``.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from robust_slam.graphs import datasets
 
-from tests import kernel
+from autograder.tests import kernel
 from tests.depth import LEFT_OUT
 
 

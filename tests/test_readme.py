@@ -11,7 +11,7 @@ import pytest
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.graphs import datasets
 
-from tests.conftest import leave_out
+from autograder.tests.kernel import leave_out
 
 README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
 

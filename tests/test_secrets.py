@@ -22,7 +22,7 @@ from robust_slam_autograder.publishing import course
 from robust_slam_autograder.publishing.files import tracked
 from robust_slam_autograder.publishing.public import publish
 
-from tests.assignments import answers
+from solutions.classes import answers
 from tests.runtime.conftest import RUNTIME, look_for_the_runtime
 
 pytestmark = pytest.mark.long
@@ -42,14 +42,14 @@ PRIVATE = (
     "README.md",
     "instructor.mk",
     "solutions/course.toml",
+    "solutions/answers/",
+    "solutions/classes/",
     "solutions/manual/",
     "tests/assignments/",
     "tests/runtime/test_lab.py",
     "tests/runtime/test_truth.py",
-    "tests/autograder/nbgrader/test_formgrader.py",
-    "tests/lib/course/exercises/",
-    "tests/sample_class.py",
-    "tests/shown_class.py",
+    "tests/grader/test_formgrader.py",
+    "tests/course/exercises/",
     "tests/test_secrets.py",
     "tests/test_shown_class.py",
 )
@@ -238,7 +238,7 @@ class TestPublicCourse:
                 wanted = archive.read(f"{name}/requirements.txt").decode().splitlines()
                 packages = [line.partition("[")[0] for line in wanted if line.startswith("./")]
                 held = [archive.read(f"{name}/{path.removeprefix('./')}") for path in packages]
-            assert len(packages) == 2 and ("[sdp]" in wanted[0]) == (name == "07-certificates")
+            assert len(packages) == 3 and ("[sdp]" in wanted[0]) == (name == "07-certificates")
         for wheel in held:
             with zipfile.ZipFile(io.BytesIO(wheel)) as archive:
                 assert not [n for n in archive.namelist() if CANARY.encode() in archive.read(n)]
@@ -275,13 +275,14 @@ class TestPublicCourse:
         for private in ("solutions", ".git", "tests/assignments", "instructor.mk", "build"):
             assert private not in names
         tests = {path for path in names if path.startswith("tests/") and path.endswith(".py")}
-        telling = ("tests.assignments", "sample_class", "shown_class", "tests.test_secrets")
+        telling = ("tests.assignments", "solutions.classes", "tests.test_secrets")
         assert not [
             name for name in tests if any(word in (public / name).read_text() for word in telling)
         ]
         paths = [
-            *(path for kind in ("*.py", "*.toml") for path in answers.ANSWERS.rglob(kind)),
-            *answers.SOLUTIONS.rglob("*.ipynb"),
+            *(answers.ROOT / "tests" / "assignments").rglob("*.py"),
+            *(path for kind in ("*.py", "*.ipynb") for path in answers.SOLUTIONS.rglob(kind)),
+            *answers.ANSWERS.rglob("*.toml"),
         ]
         private = {path.read_bytes() for path in paths} - {b""}
         assert not [p for p in public.rglob("*") if p.is_file() and p.read_bytes() in private]

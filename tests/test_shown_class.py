@@ -13,11 +13,12 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from bs4 import BeautifulSoup
 
+from autograder.tests import kernel
 from chapters._ext.offers import thumbnail
-from tests import kernel, npm, shown_class
-from tests.assignments import answers
+from solutions.classes import answers, shown_class
+from solutions.classes.shown_class import ATTEMPTS, M_ESTIMATORS, ONE_LIE, SHOWN, TABLE
+from tests import npm
 from tests.book import test_valid_html
-from tests.shown_class import ATTEMPTS, M_ESTIMATORS, ONE_LIE, SHOWN, TABLE
 from tests.test_secrets import answer_lines, secret_lines
 
 pytestmark = pytest.mark.rest

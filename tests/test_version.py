@@ -11,7 +11,7 @@ from tools import version
 @pytest.fixture
 def course(tmp_path):
     for name in (*version.PLACES, version.CHANGES):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(version.ROOT / name, tmp_path / name)
     changes = tmp_path / version.CHANGES
     new = f"{version.UNRELEASED}\n- A change.\n"

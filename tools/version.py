@@ -1,7 +1,7 @@
 """``python -m tools.version 0.3.0`` gives the course a new number, wherever one is written.
 
-It is in both distributions, in ``CITATION.cff`` and, as the heading of what was unreleased, in
-``CHANGELOG.md``. Without a number it prints the present one.
+It is in the three distributions, in ``CITATION.cff`` and, as the heading of what was unreleased,
+in ``CHANGELOG.md``. Without a number it prints the present one.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PLACES = {
     "lib/pyproject.toml": r'(?m)^version = "(.*)"$',
+    "lib/course/pyproject.toml": r'(?m)^version = "(.*)"$',
     "autograder/pyproject.toml": r'(?m)^version = "(.*)"$',
     "CITATION.cff": r"(?m)^version: (.*)$",
 }

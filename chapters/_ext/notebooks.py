@@ -98,7 +98,7 @@ def run_here(paths: list[Path]) -> Path:
 def library(root: Path) -> str:
     """Return a name for all that the notebooks of a course read."""
     here = [name for name in datasets.SHOWN if datasets.is_here(name)]
-    found = Path(root, "lib").rglob("*.*")
+    found = [*Path(root, "lib/robust_slam").rglob("*.*"), *Path(root, "lib/course").rglob("*.*")]
     read = [path for path in found if path.suffix in {".py", ".js", ".css", ".csv"}]
     read += Path(root, "chapters/data").glob("*.csv")
     read.append(Path(names.__file__))

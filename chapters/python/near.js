@@ -1,5 +1,5 @@
 /** Fetches what nearly every cell needs into the browser's cache; nothing of it is started. */
-const FIRST = ["numpy", "lazy-loader", "robust-slam"];
+const FIRST = ["numpy", "lazy-loader", "robust-slam", "robust-slam-course"];
 const OF_PYTHON = ["pyodide/pyodide.asm.js", "pyodide/pyodide.asm.wasm", "wheels/python_stdlib.zip"];
 const SCRIPTS = ["chapter.js", "worker.js"];
 

@@ -151,7 +151,7 @@ function whatWasRead({ name, rows, remarks, many, command }) {
   say("name").textContent = name;
   table(say("facts"), rows);
   list(say("remarks"), remarks);
-  say("many").textContent = `pip install ./lib\n${command}`;
+  say("many").textContent = `pip install "./lib[plot]"\n${command}`;
   if (many) status.textContent = "The file is read. It is large: see below.";
 }
 

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import get_args
 
@@ -171,6 +172,8 @@ def _solve(options: argparse.Namespace) -> int:
     path = find(options.file)
     for name in ("out", "clean", "plot", "rejected"):
         _check_target(f"--{name}", getattr(options, name), path)
+    if options.plot is not None:
+        import_module("robust_slam.drawing")  # says before the work where Matplotlib is missing
     if options.unknown == "raise" and has_factors(path):
         return _solve_factors(path, options)
     file = _read(path, options)
@@ -298,15 +301,10 @@ def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None
 
 
 def _plot(path: Path, graph: rs.PoseGraph, poses: Array, kept: Mask) -> None:
-    import matplotlib
+    from matplotlib.figure import Figure  # with the back end of no window
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    from robust_slam.drawing import draw_map
-
-    figure, axes = plt.subplots(figsize=(7.0, 7.0))
-    draw_map(graph, poses, axes, kept=kept)
+    figure = Figure(figsize=(7.0, 7.0))
+    rs.draw_map(graph, poses, figure.subplots(), kept=kept)
     figure.savefig(path, bbox_inches="tight")
 
 

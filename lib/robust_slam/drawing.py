@@ -9,16 +9,20 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.legend import Legend
-from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, mask
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.palette import LINESTYLES, PALETTE, LineStyle
+
+try:
+    import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
+    from matplotlib.legend import Legend
+    from matplotlib.lines import Line2D
+except ImportError as error:
+    raise ImportError("maps are drawn by Matplotlib: pip install robust-slam[plot]") from error
 
 _FAINTEST = 0.15  # opacity of an edge of weight 0: rejected, and still to be seen
 _SHADES = 255  # screens tell no more apart, and each shade is one line to draw

@@ -95,7 +95,7 @@ def goals(chapter: str) -> str:
 
 def misconceptions(chapter: str) -> str:
     """Return the misconceptions that only a chapter's hidden checks find, by exercise."""
-    (folder,) = (ROOT / "tests/assignments").glob(f"{chapter}-*")
+    (folder,) = (ROOT / "solutions/answers").glob(f"{chapter}-*")
     found = [answer for path in files(folder) for answer in read(path)]
     hidden = [answer for answer in found if not answer.is_right and not answer.is_visible]
     return "\n\n".join(

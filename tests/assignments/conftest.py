@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.publishing.student_release import release
 
-from tests.assignments import answers
+from solutions.classes import answers
 
 
 @pytest.fixture(scope="session")

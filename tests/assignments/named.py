@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from robust_slam_autograder.misconceptions import survey, tables
 from robust_slam_autograder.reading.labelled import Answer
 
-from tests.assignments import answers
+from solutions.classes import answers
 
 Named = tuple[Answer, str, str]
 """A wrong answer, its name, and the one that it has where it is unknown; both may be empty."""

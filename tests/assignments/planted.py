@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from tests.autograder import toy
+from autograder.tests import toy
 
 NAME = "planted"
 

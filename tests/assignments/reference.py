@@ -20,7 +20,7 @@ from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.source import compiled
 
-from tests.assignments import answers
+from solutions.classes import answers
 
 Functions = Mapping[str, Callable[..., Any]]
 """What stands in for the student's functions, by name."""

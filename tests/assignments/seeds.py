@@ -18,7 +18,8 @@ from typing import NamedTuple
 
 from tqdm import tqdm
 
-from tests.assignments import answers, reference
+from solutions.classes import answers
+from tests.assignments import reference
 
 CHUNK = 200
 """Seeds of one task."""

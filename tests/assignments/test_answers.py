@@ -13,10 +13,9 @@ from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Sandbox, choose
 
-from tests import depth
-from tests.assignments import answers
+from autograder.tests import kernel, toy
+from solutions.classes import answers
 from tests.assignments.mutation.bare_fork import BareFork
-from tests.autograder import toy
 
 pytestmark = pytest.mark.long
 
@@ -26,7 +25,7 @@ SEEDS = (1, 20_260_101, 987_654_321, *range(101, 118))
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "seed" in metafunc.fixturenames:
-        soak = depth.is_soak(metafunc.config)
+        soak = kernel.is_soak(metafunc.config)
         metafunc.parametrize("seed", SEEDS if soak else SEEDS[:1])
 
 

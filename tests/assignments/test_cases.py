@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.assignments import answers, reference
+from solutions.classes import answers
+from tests.assignments import reference
 
 SEED, OTHER_SEED = 1, 2
 Function = Callable[..., Any]

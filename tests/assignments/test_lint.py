@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.lint import lint
 
-from tests.assignments import answers
+from solutions.classes import answers
 
 pytestmark = pytest.mark.long
 

@@ -13,9 +13,9 @@ from robust_slam_autograder.grading import passes
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
 
-from tests.assignments import answers
+from autograder.tests import toy
+from solutions.classes import answers
 from tests.assignments.mutation.bare_fork import BareFork
-from tests.autograder import toy
 
 pytestmark = pytest.mark.long
 Cell = dict[str, Any]

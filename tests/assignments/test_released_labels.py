@@ -8,8 +8,8 @@ from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 
-from tests.assignments import answers
-from tests.autograder import toy
+from autograder.tests import toy
+from solutions.classes import answers
 
 VISIBLE = "assert np.allclose(double([0.25, 3]), [0.5, 6])\n"
 HIDDEN = "### BEGIN HIDDEN TESTS\nx = rng.{}(size=5)\nassert np.allclose(double(x), x + x)\n"

@@ -4,7 +4,8 @@ import ast
 
 import pytest
 
-from tests.assignments import answers, reference
+from solutions.classes import answers
+from tests.assignments import reference
 
 NAMES = answers.assignments()
 

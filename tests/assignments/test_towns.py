@@ -11,9 +11,10 @@ from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.labelled import Answer
 
-from tests import depth
-from tests.assignments import answers, reference
-from tests.autograder.fuzz.running import Hang, no_hang
+from autograder.tests import kernel
+from autograder.tests.fuzz.running import Hang, no_hang
+from solutions.classes import answers
+from tests.assignments import reference
 
 pytestmark = pytest.mark.rest
 
@@ -64,7 +65,7 @@ def passed(name: str, answer: Answer, town: int) -> list[str]:
 def test_an_answer_has_the_same_mark_whatever_the_number(
     name: str, answer: Answer, request: pytest.FixtureRequest
 ) -> None:
-    numbers = students(100 if depth.is_soak(request.config) else 4)
+    numbers = students(100 if kernel.is_soak(request.config) else 4)
     marks = {tuple(passed(name, answer, town)) for town in numbers}
     assert len(marks) == 1
     if answer.is_right:

@@ -10,8 +10,8 @@ import pytest
 from playwright.sync_api import Browser
 from robust_slam_autograder.reading.labelled import Answer
 
+from solutions.classes import answers
 from tests import jupyterlab
-from tests.assignments import answers
 
 pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.soak]
 

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from tests.conftest import leave_out
+from autograder.tests.kernel import leave_out
 
 pytestmark = [pytest.mark.long, pytest.mark.rest]
 

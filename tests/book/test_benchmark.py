@@ -18,6 +18,7 @@ from robust_slam.solver import Support, solve
 from robust_slam_course.heat import HeatMap
 from robust_slam_course.results import read_results
 
+from autograder.tests.kernel import leave_out
 from benchmarks import methods
 from benchmarks.sweep import summary
 from benchmarks.sweep.definition import (
@@ -33,7 +34,6 @@ from benchmarks.sweep.definition import (
     worlds,
 )
 from tests.book.prose import CHAPTERS, Chapter
-from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
 

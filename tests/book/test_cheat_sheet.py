@@ -1,6 +1,6 @@
 """The cheat sheet has a row for every topic of the lessons, and the library has its kernels.
 
-What it says of graduation and switches, ``tests/lib/estimators`` asks of the library.
+What it says of graduation and switches, ``lib/tests/estimators`` asks of the library.
 """
 
 import io

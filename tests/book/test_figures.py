@@ -9,7 +9,7 @@ import pytest
 from tests.book import test_pages
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS
-from tests.lib.course.contrast import contrast, luminance
+from tests.course.contrast import contrast, luminance
 
 pytestmark = pytest.mark.browser
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from robust_slam.graphs import gtsam_graph
 
+from autograder.tests.kernel import leave_out
 from tests.book.prose import Chapter
-from tests.conftest import leave_out
 
 PAGE = Chapter("filter-or-smoother")
 SHOWN = ("imports", "filter", "drive")

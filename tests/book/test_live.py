@@ -9,7 +9,8 @@ import pytest
 from playwright.sync_api import expect
 from robust_slam_course import pictures as course
 
-from tests import depth, jupyterlab
+from autograder.tests import kernel
+from tests import jupyterlab
 from tests.book.conftest import ROOT
 from tests.book.taking_hold import PICTURE, follows, pictures
 
@@ -53,7 +54,7 @@ def notebook_of(names: list[str], path: Path) -> None:
 def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(browser, tmp_path, request):
     """JupyterLab and a kernel start. Some pictures, which have one frame; in ``make soak`` all."""
     path = tmp_path / "pictures.ipynb"
-    names = sorted(set(course.__all__))[:: 1 if depth.is_soak(request.config) else 5]
+    names = sorted(set(course.__all__))[:: 1 if kernel.is_soak(request.config) else 5]
     notebook_of(names, path)
     variables = jupyterlab.environment(tmp_path / "home")
     with jupyterlab.running(tmp_path, variables) as address, jupyterlab.page_of(browser) as page:

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, expect
 from robust_slam_course.pictures import basins, cycles
 
-from tests import depth
+from autograder.tests import kernel
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, ROOT, place
 from tests.book.taking_hold import (
@@ -252,7 +252,7 @@ def test_nothing_leaves_its_panel_or_covers_a_label(opened, request):
     The last on the phone, where there is least room, and in ``make soak`` at the desk too.
     """
     visit, look = opened
-    with_handles = look is PHONE or depth.is_soak(request.config)
+    with_handles = look is PHONE or kernel.is_soak(request.config)
     for picture in pictures(visit.page):
         assert picture.evaluate(EXTREMES, with_handles) == []
     assert visit.complaints == []

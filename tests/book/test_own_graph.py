@@ -28,14 +28,14 @@ from robust_slam.graphs import (
     write_tum,
 )
 
+from autograder.tests.kernel import leave_out
 from chapters._ext import TEMPLATES
+from lib.tests import test_bad_input, test_doctor
+from lib.tests.graphs import test_formats, test_g2o
 from tests.book.test_accessible import complaints
 from tests.book.test_pages import TOO_WIDE
 from tests.chromium import visiting
-from tests.conftest import leave_out
 from tests.firefox import firefox
-from tests.lib import test_bad_input, test_doctor
-from tests.lib.graphs import test_formats, test_g2o
 
 SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PAGE = "chapters/your-graph"

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import Browser, ViewportSize
 
+from autograder.tests import kernel
 from chapters._ext import look
-from tests import depth
 from tests.book.conftest import NOTEBOOKS, PAGES, Site
 from tests.book.test_accessible import assert_open_to_all
 from tests.chromium import Visit, visiting
@@ -128,7 +128,7 @@ class EveryPage:
         page.evaluate("document.querySelectorAll('details').forEach(box => { box.open = true; })")
         wider = {}
         widths = narrowest((site.folder / "_static" / look.STYLE).read_text("utf-8"))
-        if not depth.is_soak(request.config):
+        if not kernel.is_soak(request.config):
             # Of all but the least every third, so that a third of the pages has each.
             first = 1 + sum(page.url.rpartition("/")[2].encode()) % 3
             widths = [widths[0], *widths[first::3]]

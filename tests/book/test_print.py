@@ -11,9 +11,9 @@ from bs4 import BeautifulSoup
 from playwright.sync_api import Page
 from pypdf import PageObject, PdfReader
 
+from autograder.tests.kernel import leave_out
 from tests.book.built_site import DRAWN
 from tests.book.conftest import PAGES
-from tests.conftest import leave_out
 from tools.print.__main__ import book, drawn, places, write
 
 pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.rest]

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
+from autograder.tests.kernel import leave_out
 from tests.book.conftest import ROOT, place
 from tests.book.test_quizzes import KEPT, REFUSED
 from tests.chromium import Visit, page_in, visiting
-from tests.conftest import leave_out
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 

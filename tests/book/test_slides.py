@@ -7,11 +7,11 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
+from autograder.tests.kernel import leave_out
 from tests.book.conftest import CHAPTERS, ROOT
 from tests.book.taking_hold import by_keyboard, by_mouse, follows, handles, pictures
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener, served
-from tests.conftest import leave_out
 from tools.slides import marks
 from tools.slides.__main__ import install, make
 from tools.slides.deck import Source

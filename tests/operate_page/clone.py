@@ -6,9 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.as_user import ROOT
-from tests.assignments import answers
-from tests.autograder.ci.running import repository
+from autograder.tests.as_user import ROOT
+from autograder.tests.ci.running import repository
+from solutions.classes import answers
 from tests.book.built_site import built
 
 ASSIGNMENTS = ("02-four-costs", "03-irls")

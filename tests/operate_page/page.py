@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.as_user import ROOT
+from autograder.tests.as_user import ROOT
 
 PAGE = ROOT / "chapters" / "operate.md"
 KINDS = ("sh", "text", "toml")

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests import depth, kernel, sample_class
-from tests.assignments import answers
-from tests.conftest import working
+from autograder.tests import kernel
+from autograder.tests.kernel import working
+from solutions.classes import answers, sample_class
 from tests.operate_page import clone, page
 from tests.operate_page.page import Command, File, Step
 from tests.operate_page.terminal import Said, Terminal
@@ -83,7 +83,7 @@ PROMISES = {
     "make release": Promise(
         makes=("build/release/03-irls.zip", "build/release/03-irls/03-irls.ipynb")
     ),
-    ".venv/bin/autograder lint --strict --answers tests/assignments": Promise(
+    ".venv/bin/autograder lint --strict --answers solutions/answers": Promise(
         says=("0 errors, 0 warnings in 2 assignments",)
     ),
     "mkdir -p class && cp -Rp build/sample/. class/": Promise(
@@ -194,7 +194,7 @@ def follower(tmp_path_factory, request):
     """In ``make soak`` the reader's `make course` builds the book, as `make test` has done."""
     working(next(iter(kernel.usable() or BACK_ENDS)))
     someone = Reader(
-        tmp_path_factory.mktemp("instructor"), with_book=not depth.is_soak(request.config)
+        tmp_path_factory.mktemp("instructor"), with_book=not kernel.is_soak(request.config)
     )
     yield someone
     someone.terminal.close()

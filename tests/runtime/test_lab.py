@@ -14,8 +14,8 @@ import pytest
 from playwright.sync_api import Page, expect
 from robust_slam_autograder import cli
 
+from solutions.classes import answers
 from tests import jupyterlab
-from tests.assignments import answers
 from tests.book.taking_hold import PICTURE, follows
 from tests.chromium import page_in, served, visiting
 from tests.runtime.conftest import RUNTIME, look_for_the_runtime, without_hints

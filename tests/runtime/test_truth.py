@@ -16,8 +16,8 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.publishing.student_release import release
 
-from tests import depth
-from tests.assignments import answers
+from autograder.tests import kernel
+from solutions.classes import answers
 from tests.runtime.conftest import RUNTIME, needs_runtime, without_hints
 
 pytestmark = [needs_runtime, pytest.mark.long, pytest.mark.rest]
@@ -51,7 +51,7 @@ def hand_in(folder: Path, name: str, released: Path, sources: Mapping[str, str])
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Two assignments; in ``make soak`` all."""
     if "name" in metafunc.fixturenames:
-        names = NAMES if depth.is_soak(metafunc.config) else QUICK
+        names = NAMES if kernel.is_soak(metafunc.config) else QUICK
         metafunc.parametrize("name", names)
 
 
@@ -59,7 +59,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def folder(request, tmp_path_factory):
     """Notebooks with answers, in folders ``<assignment>.<which>``."""
     folder, released = tmp_path_factory.mktemp("answers"), tmp_path_factory.mktemp("released")
-    names = NAMES if depth.is_soak(request.config) else QUICK
+    names = NAMES if kernel.is_soak(request.config) else QUICK
     release(answers.SOLUTIONS, names, released)
     for name in names:
         hand_in(folder / f"{name}.right", name, released, {})

@@ -18,9 +18,9 @@ import pytest
 from robust_slam_autograder.publishing.handout import INSTALL
 from robust_slam_autograder.publishing.student_release import release
 
-from tests.as_user import ROOT
-from tests.assignments import answers
-from tests.autograder.ci.running import NETWORK, OFFLINE, PACKAGES
+from autograder.tests.as_user import ROOT
+from autograder.tests.ci.running import NETWORK, OFFLINE, PACKAGES
+from solutions.classes import answers
 from tests.operate_page import page
 from tests.operate_page.terminal import Said, Terminal
 

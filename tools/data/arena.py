@@ -1,7 +1,7 @@
 """What the library's solvers do with a growing share of outliers: the table of a live picture.
 
 python -m tools.data.arena
-python -m tools.data.arena --out lib/robust_slam_course/pictures/arena.json
+python -m tools.data.arena --out lib/course/robust_slam_course/pictures/arena.json
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ and by GNC: the functions of ``methods``. A map is good if it is at most 0.1 m (
 least-squares map of the correct edges.
 
     python -m tools.data.graduation
-    python -m tools.data.graduation --out lib/robust_slam_course/pictures/graduation.csv
-    python -m tools.data.graduation --maps lib/robust_slam_course/pictures/graduation.json
+    python -m tools.data.graduation --out lib/course/robust_slam_course/pictures/graduation.csv
+    python -m tools.data.graduation --maps lib/course/robust_slam_course/pictures/graduation.json
 
 The last writes the maps of half the closures consistent outliers and the true σ, as a picture
 draws them: a town is told by the steps between every second pose, each a letter for x and one for

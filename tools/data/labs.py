@@ -1,7 +1,7 @@
 """What the picture of the growing map shows and the page cannot compute: the library's decisions.
 
 python -m tools.data.labs
-python -m tools.data.labs --out lib/robust_slam_course/pictures/labs.json
+python -m tools.data.labs --out lib/course/robust_slam_course/pictures/labs.json
 """
 
 from __future__ import annotations

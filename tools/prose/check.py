@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).parent
 PAGES = (
     "README.md",
-    "lib/README.md",
+    "lib/**/README.md",
     "autograder/*.md",
     "chapters/*.md",
     "chapters/*.ipynb",
@@ -26,7 +26,7 @@ PAGES = (
 )
 CODE = (
     "lib/**/*.py",
-    "lib/robust_slam_course/**/*.js",
+    "lib/course/robust_slam_course/**/*.js",
     "autograder/**/*.py",
     "autograder/robust_slam_autograder/publishing/templates/*.txt",
     "autograder/robust_slam_autograder/reports/templates/*.html",
@@ -117,4 +117,5 @@ def _read(name: str) -> dict[str, dict[str, str]]:
 
 def _files(root: Path, patterns: tuple[str, ...]) -> list[Path]:
     found = {path for pattern in patterns for path in root.glob(pattern)}
-    return sorted(path for path in found if ".ipynb_checkpoints" not in path.parts)
+    left_out = {".ipynb_checkpoints", ".venv", "tests"}
+    return sorted(path for path in found if not left_out & {*path.relative_to(root).parts})

@@ -29,9 +29,9 @@ PYTHON = ("pyodide.asm.wasm", "python_stdlib.zip")
 """Files of Pyodide that each page loads before its first line."""
 CUSTOM = Path(__file__).with_name("sitecustomize.py")
 """Goes into Python's own library, which imports it before anything else."""
-ON_PAGES = ("robust-slam", "scipy", "matplotlib")
+ON_PAGES = ("robust-slam-course", "scipy", "matplotlib")
 """Packages that code on a page may import, beside all on which they depend."""
-FIRST = ("robust-slam",)
+FIRST = ("robust-slam-course",)
 """What nearly every cell needs; the other packages are loaded where they are imported."""
 
 
@@ -53,12 +53,8 @@ PACKAGES = (
     Package("matplotlib-fontlist", (), (), "tools/runtime/fonts"),
     Package("lazy-loader", ("lazy_loader",), ("packaging",)),
     Package("msgpack", ("msgpack",)),
-    Package(
-        "robust-slam",
-        ("robust_slam", "robust_slam_course"),
-        ("numpy", "lazy-loader"),  # its modules import others when they are first used
-        "lib",
-    ),
+    Package("robust-slam", ("robust_slam",), ("numpy", "lazy-loader"), "lib"),  # more on demand
+    Package("robust-slam-course", ("robust_slam_course",), ("robust-slam",), "lib/course"),
     Package(
         "robust-slam-autograder",
         ("robust_slam_autograder",),

@@ -128,7 +128,7 @@ def install_cell(
         name, where = repository.requirement(package, folder).split(" @ ")
         # IPython puts the value in: the address makes a long line, and has one of its own.
         lines += [f'    where = "{where}"', f'    %pip install -q "{name} @ {{where}}"']
-    missing = " or ".join(f'find_spec("{module}") is None' for module in modules)
+    missing = f"None in map(find_spec, {json.dumps(modules)})"
     source = _INSTALL.format(missing=missing, python=python, lines="\n".join(lines))
     return {
         "cell_type": "code",

@@ -5,7 +5,7 @@
 A mutant takes the reference's place in its solution cell, all other cells keep the reference, and
 the grader marks that submission on the cases of the mutated exercise. A mutant that keeps full
 marks survives: a case is missing, or the change changes nothing. What changes nothing is judged
-so, with its reason, in ``tests/assignments/<assignment>/equivalents.toml``.
+so, with its reason, in ``solutions/answers/<assignment>/equivalents.toml``.
 
 Why a mutator of our own: mutmut, cosmic-ray and mutatest were looked at, and none fits. Each
 mutates the modules of an importable package and takes the exit status of a test command for the

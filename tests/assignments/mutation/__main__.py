@@ -14,7 +14,7 @@ from pathlib import Path
 from robust_slam_autograder.errors import AutograderError
 from tqdm import tqdm
 
-from tests.assignments import answers
+from solutions.classes import answers
 from tests.assignments.mutation import equivalents, run
 from tests.assignments.mutation.report import Report
 

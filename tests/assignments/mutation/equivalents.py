@@ -1,6 +1,6 @@
 """Mutants that were judged to be equivalent to the reference, each with its reason.
 
-They stand in ``tests/assignments/<assignment>/equivalents.toml``::
+They stand in ``solutions/answers/<assignment>/equivalents.toml``::
 
     [[equivalent]]
     exercise = "irls"

@@ -1,0 +1,65 @@
+"""Results that lie where a class was kept before are never passed over in silence."""
+
+import re
+import subprocess
+
+import pytest
+from robust_slam_autograder import cli, layout
+from robust_slam_autograder.errors import WrongUse
+
+from . import toy
+
+SEED = 5
+ROSTER = "Student,ID,SIS Login ID,Section\nAda,1,ada,A\n"
+
+
+def commands() -> dict[str, list[str]]:
+    """The commands that read or write results, by name."""
+    return {
+        "grade": ["grade", f"submitted/ada/{toy.NAME}", *toy.quickly()],
+        "regrade": ["regrade", toy.NAME, "--submitted", "submitted", *toy.quickly()],
+        "feedback": ["feedback"],
+        "report": ["report"],
+        "export": ["export", "--format", "canvas", "--roster", "roster.csv"],
+    }
+
+
+@pytest.fixture
+def course(tmp_path):
+    """A course with results where they were kept before."""
+    (tmp_path / "build" / "graded" / "ada").mkdir(parents=True)
+    (tmp_path / "build" / "submitted").mkdir()
+    return tmp_path
+
+
+def test_every_command_names_the_move_and_goes_on_after_it(course, capsys, monkeypatch):
+    monkeypatch.chdir(course)
+    toy.make_tree(course)
+    toy.hand_in(course / "submitted", "ada", toy.answer())
+    (course / "roster.csv").write_text(ROSTER)
+    before = ["--out", "build/graded", "--seed", str(SEED)]
+    assert cli.main([*commands()["grade"], *before]) == 0
+    marks = (course / "build" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes()
+    told = set()
+    for name, command in commands().items():
+        capsys.readouterr()
+        assert cli.main(command) == 2, name
+        told.add(capsys.readouterr().err)
+    assert not (course / "class").exists()
+    (text,) = told
+    (move,) = re.findall(r"mkdir -p .+? class/(?=\.)", text)
+    assert move == "mkdir -p class && mv build/graded build/submitted build/autograded class/"
+    subprocess.run(["sh", "-ec", move], cwd=course, check=True)
+    assert (course / "class" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes() == marks
+    assert cli.main(commands()["grade"]) == 0
+    assert "1 of them unchanged and reused" in capsys.readouterr().out
+    layout.refuse_unmoved(layout.GRADED, course)
+
+
+def test_a_folder_that_was_made_beside_it_is_not_overwritten(course):
+    (course / "class" / "graded").mkdir(parents=True)
+    (course / "class" / "submitted" / "ada").mkdir(parents=True)
+    with pytest.raises(WrongUse) as refused:
+        layout.refuse_unmoved(course / "class" / "graded", course)
+    kept = course / "class"
+    assert f"mkdir -p {kept} && mv {course}/build/graded {kept}/." in str(refused.value)

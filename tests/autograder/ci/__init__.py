@@ -1,1 +1,0 @@
-"""Workflow files and the archive for Gradescope: linted, and their commands run."""
