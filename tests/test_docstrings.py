@@ -13,7 +13,7 @@ from pathlib import Path
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
 MODULES = sorted(p for p in LIB.rglob("*.py") if not p.name.startswith("_"))
 RECORDS = {"errors", "graph_file", "group", "palette", "result"}
-TOOLS = {"breaking", "cli", "drawing", "lines", "progress", "reading", "writing"}
+TOOLS = {"cli", "drawing", "lines", "progress", "reading", "writing"}
 WITHOUT_LITERATURE = RECORDS | TOOLS
 """Modules that hold no method: names, records, files, commands and what pages look like."""
 ARRAYS = {"Array", "ArrayLike", "Mask", "Indices"}

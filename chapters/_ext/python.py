@@ -59,11 +59,35 @@ def code_cells(app: Sphinx, page: str) -> dict[int, dict[str, str]]:
         return {}
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     return {
-        number: {"id": f"code-{cell['id']}", "code": code, "gives": sorted(gives(code))}
+        number: {"id": f"code-{cell['id']}", "parts": parts(code)}
         | {name: cell["metadata"][key] for name, key in SAID.items() if key in cell["metadata"]}
         for number, cell in enumerate(cells)
         if cell["cell_type"] == "code" and (code := "".join(cell["source"])) is not None
     }
+
+
+def parts(code: str) -> list[dict[str, Any]]:
+    """Split a cell into parts that run one without another, with the names that each gives.
+
+    A cell that imports, and otherwise calls alone, is split into its statements, because what is
+    imported may take seconds to load; any other cell is one part.
+    """
+    body = ast.parse(code).body
+    calls = [_root(each.value) if isinstance(each, ast.Expr) else set() for each in body]
+    given = [_imported(each) or call for each, call in zip(body, calls, strict=True)]
+    if not all(given) or calls[:1] != [set()]:
+        return [{"code": code, "gives": sorted(gives(code))}]
+    lines = code.split("\n")
+    starts = [0, *(each.lineno - 1 for each in body[1:]), len(lines)]
+    return [
+        {"code": "\n".join(lines[start:end]), "gives": sorted(names)}
+        for names, start, end in zip(given, starts, starts[1:], strict=False)
+    ]
+
+
+def _imported(code: ast.AST) -> set[str]:
+    nodes = ast.walk(code)
+    return {(n.asname or n.name).split(".")[0] for n in nodes if isinstance(n, ast.alias)}
 
 
 def gives(code: str) -> set[str]:
@@ -72,8 +96,8 @@ def gives(code: str) -> set[str]:
     What a cell imports it does not change later on, and a source of random numbers is another one
     after each use.
     """
-    nodes = list(ast.walk(ast.parse(code)))
-    imported = {(n.asname or n.name).split(".")[0] for n in nodes if isinstance(n, ast.alias)}
+    tree = ast.parse(code)
+    nodes = list(ast.walk(tree))
     changed = {"rng"} & {node.id for node in nodes if isinstance(node, ast.Name)}
     for node in nodes:
         match node:
@@ -85,7 +109,7 @@ def gives(code: str) -> set[str]:
                 changed |= _root(node)
             case ast.Expr(value=ast.Call(func=ast.Attribute() as method)):
                 changed |= _root(method) - MODULES
-    return imported | changed
+    return _imported(tree) | changed
 
 
 def _root(node: ast.AST) -> set[str]:

@@ -11,14 +11,15 @@ export class Cell {
   #page;
   #editor = null;
   #stored = [];
-  #parts = null;
-  #names;
+  #shown = null;
+  #given;
 
-  /** `given` has the id, the code, the names that it gives, why it cannot run and a note, if so; `does` what buttons do. */
-  constructor({ id, code, gives, cannot, note }, does) {
+  /** `given` has the id, parts, why the cell cannot run and a note, if so; `does` what buttons do. */
+  constructor({ id, parts, cannot, note }, does) {
     this.id = id;
-    this.given = code;
-    this.#names = gives;
+    this.given = parts.map(({ code }) => code).join("\n");
+    const name = (k) => (parts.length > 1 ? `${id}/${k}` : id);
+    this.#given = parts.map(({ code, gives }, k) => this.#part(name(k), code, gives));
     this.cannot = cannot;
     this.note = note ?? "";
     this.#does = does;
@@ -34,20 +35,27 @@ export class Cell {
     return this.#editor?.code() ?? this.given;
   }
 
-  /** All words of the code, names among them. */
-  get words() {
-    return this.code.match(/[A-Za-z_]\w*/g) ?? [];
+  /** The code as one part; of the reader's own, any word may be a name that it gives. */
+  get whole() {
+    const { code } = this;
+    const own = code !== this.given;
+    return this.#part(this.id, code, own ? null : this.#given.flatMap(({ gives }) => gives));
   }
 
-  /** The names that the code gives to cells below; of the reader's code it may be any word. */
-  get gives() {
-    return this.code === this.given ? this.#names : this.words;
+  /** What can run without the rest of the cell, where the reader sees none of it. */
+  get parts() {
+    return this.isOpen ? [this.whole] : this.#given;
+  }
+
+  #part(name, code, gives) {
+    const words = code.match(/[A-Za-z_]\w*/g) ?? [];
+    return { cell: this, name, code, words, gives: gives ?? words, isTheReaders: gives === null };
   }
 
   open() {
     const input = this.#page.querySelector(".cell_input");
     const parts = makeParts(this.id, this.note);
-    this.#parts = { input, was: [...input.children], ...parts };
+    this.#shown = { input, was: [...input.children], ...parts };
     input.replaceChildren(parts.editor, parts.bar);
     this.#editor = openEditor({
       parent: parts.editor,
@@ -69,7 +77,7 @@ export class Cell {
 
   /** Bring back the page's own code and output. */
   close() {
-    const { input, was } = this.#parts;
+    const { input, was } = this.#shown;
     this.#editor.close();
     this.#editor = null;
     this.#output().replaceChildren(...this.#stored);
@@ -82,7 +90,7 @@ export class Cell {
   begin() {
     this.say("");
     // What the page shows stays until there is another output; that of the run before goes.
-    if (this.#parts.ran) this.#output().replaceChildren();
+    if (this.#shown.ran) this.#output().replaceChildren();
     this.#editor.mark(null);
     this.#mark(true);
   }
@@ -95,13 +103,13 @@ export class Cell {
   end() {
     if (!this.isOpen) return;
     this.#mark(false);
-    this.#parts.progress.hidden = this.#parts.bytes.hidden = true;
+    this.#shown.progress.hidden = this.#shown.bytes.hidden = true;
   }
 
   /** Say in a line what happens. */
   say(text) {
-    if (this.isOpen && this.#parts.status.textContent !== text) {
-      this.#parts.status.textContent = text;
+    if (this.isOpen && this.#shown.status.textContent !== text) {
+      this.#shown.status.textContent = text;
     }
   }
 
@@ -110,13 +118,13 @@ export class Cell {
     const links = failed.flatMap(({ id }, k) => [
       k ? ", " : "", element("a", { href: `#${id}` }, id.replace(/^code-/, "")),
     ]);
-    this.#parts.status.append(` Cells above that ended with an error: `, ...links, ".");
+    this.#shown.status.append(` Cells above that ended with an error: `, ...links, ".");
   }
 
   /** Show how many of the bytes that were asked for have arrived; all: say what follows. */
   loading(arrived, wanted, words) {
     if (!this.isOpen) return;
-    const { progress, bytes } = this.#parts;
+    const { progress, bytes } = this.#shown;
     const megabytes = (number) => (number / 1e6).toFixed(1);
     const amount = `${megabytes(arrived)} of ${megabytes(wanted)} MB`;
     progress.hidden = bytes.hidden = arrived >= wanted;
@@ -128,14 +136,14 @@ export class Cell {
 
   /** Put what a run gave in place of the output; `changed`: some code is not the page's. */
   show(result, changed) {
-    this.#parts.ran = true;
+    this.#shown.ran = true;
     this.#output().replaceChildren(...outputs(result, this.#stored, changed));
     this.#editor.mark(result.line);
     drawFormulas(this.#output());
   }
 
   #mark(running) {
-    const { run, stop } = this.#parts;
+    const { run, stop } = this.#shown;
     run.setAttribute("aria-disabled", running);
     stop.setAttribute("aria-disabled", !running);
     this.#output().setAttribute("aria-busy", running);

@@ -22,7 +22,7 @@ class Chapter {
   #busy = null;
   /** Cells that wait for their turn. */
   #waiting = new Set();
-  /** What ran in this Python, by cell, and the cells whose last run ended with an error. */
+  /** The parts that ran in this Python, by name, and the cells whose last run ended with an error. */
   #ran = new Map();
   #failed = new Set();
 
@@ -38,7 +38,7 @@ class Chapter {
     });
   }
 
-  /** Run a cell, after those above it whose names it uses and that have not run as they are. */
+  /** Run a cell, after what stands above it, gives names that it uses and has not run as it is. */
   async run(cell) {
     if (this.#busy === cell) return;
     if (this.#busy) {
@@ -52,7 +52,7 @@ class Chapter {
     try {
       if (!this.#started) await this.#start(cell, needed);
       const failed = await this.#runAbove(cell, needed);
-      cell.say(await this.#runOne(cell, cell, "Running …") ? "It ended with an error." : "Done.");
+      cell.say(await this.#runOne(cell.whole, cell, "Running …") ? "It ended with an error." : "Done.");
       if (failed.length) cell.pointTo(failed);
     } catch (error) {
       this.#started = false;
@@ -84,11 +84,11 @@ class Chapter {
     }
   }
 
-  /** The cells above whose names a cell uses, and whose names these use. */
+  /** The parts above whose names a cell uses, and whose names these use. */
   #needed(cell) {
     const all = [...this.cells.values()];
-    const above = all.slice(0, all.indexOf(cell));
-    const [words, found] = [new Set(cell.words), new Set()];
+    const above = all.slice(0, all.indexOf(cell)).flatMap((each) => each.parts);
+    const [words, found] = [new Set(cell.whole.words), new Set()];
     const isNeeded = (each) => !found.has(each) && each.gives.some((name) => words.has(name));
     for (let next = above.find(isNeeded); next; next = above.find(isNeeded)) {
       found.add(next);
@@ -109,23 +109,24 @@ class Chapter {
 
   /** Return the needed cells that ended with an error; their other lines may have run. */
   async #runAbove(cell, needed) {
-    const above = needed.filter((each) => this.#ran.get(each) !== each.code);
-    for (const [k, each] of above.entries()) {
-      await this.#runOne(each, cell, `Running the cells above: ${k + 1} of ${above.length} …`);
+    const above = needed.filter(({ name, code }) => this.#ran.get(name)?.code !== code);
+    for (const [k, part] of above.entries()) {
+      await this.#runOne(part, cell, `Running the cells above: ${k + 1} of ${above.length} …`);
     }
     // A cell that cannot run to its end has lines that others need.
-    return needed.filter((each) => this.#failed.has(each) && !each.cannot);
+    const cells = new Set(needed.map((part) => part.cell));
+    return [...cells].filter((each) => this.#failed.has(each) && !each.cannot);
   }
 
-  /** Run a cell while the one that the reader has asked for, `asked`, says these words. */
-  async #runOne(cell, asked, words) {
-    const { code } = cell;
+  /** Run a part while the cell that the reader has asked for, `asked`, says these words. */
+  async #runOne(part, asked, words) {
+    const { cell, code } = part;
     asked.say(words);
     const result = await engine.run(code, (...bytes) => asked.loading(...bytes, words));
-    this.#ran.set(cell, code);
+    this.#ran.set(part.name, part);
     if (result.error) this.#failed.add(cell);
     else this.#failed.delete(cell);
-    const changed = [...this.#ran].some(([each, ran]) => ran !== each.given);
+    const changed = [...this.#ran.values()].some((each) => each.isTheReaders);
     if (cell.isOpen) cell.show(result, changed);
     return result.error;
   }

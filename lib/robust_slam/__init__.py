@@ -24,7 +24,6 @@ The folders follow the course:
 - ``incremental``: a map that grows, one closure at a time
 - ``drawing``: a map in one line; ``palette``: its colours
 - ``progress``: how long computations show where they are
-- ``breaking``: the game of fooling a solver with few outliers
 - ``cli``: the command ``robust-slam``
 
 Each folder offers its main functions under short names: ``rs.estimators.gnc`` or

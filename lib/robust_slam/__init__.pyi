@@ -1,4 +1,3 @@
-from . import breaking as breaking
 from . import certificates as certificates
 from . import cli as cli
 from . import consistency as consistency

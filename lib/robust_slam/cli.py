@@ -1,4 +1,4 @@
-"""The command ``robust-slam``: a map from a file of a pose graph, or the replay of a score."""
+"""The command ``robust-slam``: a map from a file of a pose graph."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 
 import robust_slam as rs
-from robust_slam import breaking
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted, few
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
@@ -86,7 +85,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"robust-slam {rs.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    _add_replay(commands)
     command = commands.add_parser(
         "solve",
         help="find the map of a pose graph, its outliers and its certificate",
@@ -152,27 +150,6 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--quiet", action="store_true", help="show no progress")
     command.set_defaults(run=_solve)
     return parser
-
-
-def _add_replay(commands: Any) -> None:  # noqa: ANN401
-    command = commands.add_parser(
-        "replay",
-        help="replay a score of the picture Break the map",
-        description="Replay a score of the picture Break the map, and print what became of the "
-        "solver as CSV. The exit code is 0 if it was fooled, 1 if not, 2 for what is no score.",
-    )
-    command.add_argument("score", metavar="SCORE", help="such as A:gnc:1-9:1,-1:2")
-    command.set_defaults(run=_replay)
-
-
-def _replay(options: argparse.Namespace) -> int:
-    attack = breaking.attack(options.score)
-    bent, (count, offset) = breaking.bent(attack), attack.rank
-    fooled = bent > breaking.BOUND
-    print("town,solver,result,outliers,offset in m,map bent by m")
-    result = "fooled" if fooled else "not fooled"
-    print(f"{attack.town},{attack.solver},{result},{count},{offset:.2f},{bent:.4f}")
-    return 0 if fooled else _DOUBTFUL
 
 
 def _output(text: str, suffixes: Sequence[str] = SUFFIXES) -> Path:

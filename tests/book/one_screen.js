@@ -20,7 +20,9 @@ async (picture, withHandles) => {
     const texts = all("svg text").map((text) => ({
       text: text.textContent, box: inset(text.getBoundingClientRect(), 1, 4),
     }));
-    const handles = all("[data-handle] > path").map((mark) => inset(mark.getBoundingClientRect(), 2, 2));
+    // The ring of the one that has the focus, too.
+    const handles = all("[data-handle] > *").filter((mark) => getComputedStyle(mark).stroke !== "none")
+      .map((mark) => inset(mark.getBoundingClientRect(), 2, 2));
     texts.forEach((one, k) => {
       if (outside(one.box, stage, 2)) tell(`“${one.text}” leaves the drawing`, where);
       texts.slice(k + 1).filter((other) => meet(one.box, other.box))
@@ -31,7 +33,7 @@ async (picture, withHandles) => {
       const clip = root.querySelector(layer.getAttribute("clip-path")?.slice(4, -1) ?? "none");
       const panel = clip ? clip.firstElementChild.getBBox() : { x: 0, y: 0, width: stage.width, height: stage.height };
       const edges = { left: panel.x, right: panel.x + panel.width, top: panel.y, bottom: panel.y + panel.height };
-      for (const drawn of layer.querySelectorAll(":scope > path, :scope > circle")) {
+      for (const drawn of layer.querySelectorAll(":scope > :is(path, line, circle)")) {
         if (drawn.transform.baseVal.numberOfItems) continue;
         const { x, y, width, height } = drawn.getBBox();
         if (!width && !height) continue;
@@ -78,7 +80,9 @@ async (picture, withHandles) => {
     for (const [across, up] of [[0, 0], [0.5, 0], [1, 0], [0, 0.5], [0.5, 0.5], [1, 0.5], [0, 1], [0.5, 1], [1, 1]]) {
       await after(`${name} at ${across}, ${up}`, () => {
         const { clientWidth: width, clientHeight: height } = picture.querySelector(".rs-stage");
-        picture.querySelector(`[data-handle="${name}"]`).options.drag(across * width, up * height);
+        const handle = picture.querySelector(`[data-handle="${name}"]`);
+        handle.focus({ focusVisible: true, preventScroll: true });
+        handle.options.drag(across * width, up * height);
       });
     }
   }

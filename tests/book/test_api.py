@@ -17,7 +17,7 @@ from chapters._ext import notebooks
 from tests.book import prose
 
 PAGE = prose.CHAPTERS / "api.md"
-MODULES = {"breaking", "cli", "drawing", "progress", "solver"}
+MODULES = {"cli", "drawing", "progress", "solver"}
 FOLDERS = (
     "estimators",
     "graphs",

@@ -14,7 +14,7 @@ from pypdf import PageObject, PdfReader
 from autograder.tests.kernel import leave_out
 from tests.book.built_site import DRAWN
 from tests.book.conftest import PAGES
-from tools.print.__main__ import book, places, write
+from tools.print.__main__ import book, drawn, places, write
 
 pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.rest]
 FEW = ["chapters/00-one-lie", "chapters/how-large-a-map", "chapters/cheat-sheet"]
@@ -48,9 +48,9 @@ def printed(site, tmp_path_factory):
     if not (shutil.which("chromium-headless-shell") or shutil.which("chromium")):
         leave_out("chromium-headless-shell is not installed; no book can be printed")
     target = tmp_path_factory.mktemp("print") / "book.pdf"
-    joined = book(site.folder, FEW)
     # In a thread of its own, because Playwright has one loop in each, and tests have begun theirs.
     with ThreadPoolExecutor(1) as apart:
+        joined = book(site.folder, FEW, apart.submit(drawn, site.folder, FEW).result())
         pages = apart.submit(write, joined, target, "letter").result()
     assert pages == len(PdfReader(target).pages)
     return joined, PdfReader(target), target
@@ -80,6 +80,17 @@ def test_a_line_of_text_holds_as_many_letters_as_eyes_follow(printed):
     texts = [page.extract_text() for page in reader.pages[first - 1 : last - 1]]
     lines = [len(line) for text in texts for line in text.splitlines() if len(line.split()) > 8]
     assert len(lines) > 100 and 75 < np.quantile(lines, 0.75) < 93
+
+
+def test_a_picture_has_its_states_and_the_width_of_the_text(printed, open_page, tmp_path):
+    (source := tmp_path / "book.html").write_text(printed[0].html({}), encoding="utf-8")
+    page = open_page(source.as_uri()).page
+    page.emulate_media(media="print")
+    picture = page.locator(".rs-picture").first
+    assert picture.locator(".rs-paper figure svg").count() == 2 > picture.locator("img").count()
+    widths = "all => Math.max(...all.map((each) => each.getBoundingClientRect().width))"
+    wide = page.locator(".rs-picture").evaluate_all(widths)
+    assert wide == page.locator("section > p").evaluate_all(widths)
 
 
 def flat(outline: list[object]) -> list[object]:
@@ -186,11 +197,10 @@ def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site):
         assert letters[str(number)] == " and ".join(right)
 
 
-def test_answers_to_predictions_and_exercises_stand_at_the_end_of_their_chapter(site):
-    page = "chapters/00-one-lie"
-    printed = BeautifulSoup(book(site.folder, [page]).html({}), "html.parser")
-    (last,) = printed.select("section.page .rs-answers")
+def test_answers_to_predictions_and_exercises_stand_at_the_end_of_their_chapter(printed):
+    chapter = printed[0].articles[FEW[0]]
+    (last,) = chapter.select(".rs-answers")
     assert not last.find_next_siblings() and last.h2.get_text() == "Answers"
     told = " ".join(last.get_text().split())
     assert "how many of the 99 odometry edges are still bent? ✓ Right: 33." in told
-    assert len(last.select("details")) > 3
+    assert len(last.select("details")) == len(chapter.select("details.sd-dropdown")) > 3

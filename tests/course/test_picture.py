@@ -102,9 +102,9 @@ class TestBundle:
         "line", ['import x from "./y.js";', "export default 3;", 'export { a } from "./b.js";']
     )
     def test_a_form_that_cannot_be_bundled_is_refused(self, line, tmp_path, monkeypatch):
-        (tmp_path / "js" / "pictures").mkdir(parents=True)
-        (tmp_path / "js" / "pictures" / "odd.js").write_text(f"{line}\n", encoding="utf-8")
-        monkeypatch.setattr(bundling, "files", lambda _: tmp_path)
+        (tmp_path / "pictures").mkdir()
+        (tmp_path / "pictures" / "odd.js").write_text(f"{line}\n", encoding="utf-8")
+        monkeypatch.setattr(bundling, "COURSE", tmp_path)
         with pytest.raises(ValueError, match=r"pictures/odd\.js: write imports as"):
             bundle.__wrapped__("odd")
 

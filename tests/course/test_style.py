@@ -119,7 +119,7 @@ def test_there_is_a_look_of_its_own_for_every_kernel():
 
 def test_no_kernel_is_taken_for_an_inlier_or_an_outlier():
     """In figures, nor in the live picture, which has the same colours."""
-    script = ROOT / "lib/course/robust_slam_course/canvas/js/pictures/kernels.js"
+    script = ROOT / "lib/course/robust_slam_course/pictures/kernels.js"
     live = re.findall(r'name: "(\w+)", .*colour: "(\w+)"', script.read_text("utf-8"))
     assert len(live) == 4
     for name, colour in live:

@@ -7,11 +7,12 @@ import shutil
 import sys
 import tempfile
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import yaml
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Browser, sync_playwright
 from pypdf import PdfReader, PdfWriter
 
 from tools.print.book import Book
@@ -22,10 +23,51 @@ COPIES = 5
 """How often a book is printed at most; two or three are usual."""
 PATIENCE = 600_000
 """Milliseconds that Chromium may take; it lays out some two hundred pages."""
+LIVE = "!document.querySelector('[data-picture]:not([data-live])')"
+PARTS = """() => {
+  dispatchEvent(new Event("beforeprint"));
+  return [...document.querySelectorAll(".rs-paper, .rs-answers")].map((part) => part.outerHTML);
+}"""
 
 
-def book(site: Path, pages: Iterable[str] = ()) -> Book:
-    """Return the book that ``_toc.yml`` lists, or only some of its pages."""
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """Start Chromium.
+
+    Raises:
+        OSError: there is none.
+    """
+    path = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+    if path is None:
+        raise OSError("Chromium is missing: install chromium-headless-shell")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+def drawn(site: Path, pages: Iterable[str]) -> dict[str, list[str]]:
+    """Return what each page draws for its own print, as HTML: pictures' states, then answers."""
+    with chromium() as browser:
+        page, found = browser.new_page(), {}
+        page.set_default_timeout(PATIENCE)
+        for name in pages:
+            page.goto((site / f"{name}.html").as_uri())
+            page.wait_for_function(LIVE)
+            found[name] = page.evaluate(PARTS)
+    return found
+
+
+def book(
+    site: Path, pages: Iterable[str] = (), own: Mapping[str, Sequence[str]] | None = None
+) -> Book:
+    """Return the book that ``_toc.yml`` lists, or only some of its pages.
+
+    Args:
+        site: the built site.
+        pages: those that are wanted; all where there are none.
+        own: what is ``drawn``; a page without it has still pictures and answers in their places.
+    """
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
     parts = [("", [toc["root"]])]
     for part in toc["parts"]:
@@ -41,7 +83,7 @@ def book(site: Path, pages: Iterable[str] = ()) -> Book:
     drawing = (site / "_static" / "one-lie.svg").read_text(encoding="utf-8")
     about["lead"] = f'<div role="img" aria-label="One drive, drawn three times.">{drawing}</div>'
     style = (Path(__file__).with_name("print.css")).read_text(encoding="utf-8")
-    return Book(site, [part for part in parts if part[1]], about, style)
+    return Book(site, [part for part in parts if part[1]], about, style, own or {})
 
 
 def write(book: Book, target: Path, paper: str) -> int:
@@ -58,12 +100,8 @@ def write(book: Book, target: Path, paper: str) -> int:
     Raises:
         OSError: there is no Chromium.
     """
-    chromium = shutil.which("chromium-headless-shell") or shutil.which("chromium")
-    if chromium is None:
-        raise OSError("Chromium is missing: install chromium-headless-shell")
     numbers: dict[str, int] = {}
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
         page = browser.new_page(java_script_enabled=False)
         page.set_default_timeout(PATIENCE)
         source = Path(folder, "book.html")
@@ -78,7 +116,6 @@ def write(book: Book, target: Path, paper: str) -> int:
             before, numbers = numbers, places(target)
             if numbers == before:
                 break
-        browser.close()
     writer = PdfWriter(clone_from=target)
     writer.add_metadata({"/Title": book.about["title"], "/Author": book.about["author"]})
     writer.page_mode = "/UseOutlines"
@@ -103,8 +140,9 @@ def main(paper: str = "a4") -> int:
     target = ROOT / "build" / f"robust-slam-{paper}.pdf"
     # Chromium counts its objects short by a few, which pypdf corrects, with a warning.
     logging.getLogger("pypdf").setLevel(logging.ERROR)
+    site = ROOT / "build" / "html"
     try:
-        pages = write(book(ROOT / "build" / "html"), target, paper)
+        pages = write(book(site, own=drawn(site, book(site).pages)), target, paper)
     except OSError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1

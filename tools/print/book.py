@@ -27,8 +27,6 @@ SHARED = 3
 """A title that so many chapters have, as *Quiz*, is not in the contents."""
 LONG = 19
 """Lines of code that stay on one page."""
-NAMED = re.compile(r'( id="|url\(#|href="#)')
-"""Where a drawing names one of its parts."""
 HASH = re.compile(r"(url\(['\"]?#|^#)([^)'\"]+)")
 DOCUMENT = """<!DOCTYPE html>
 <html lang="en" data-theme="light">
@@ -62,6 +60,8 @@ class Book:
         parts: the captions of the parts, each with its pages, as in ``_toc.yml``.
         about: the title, author and version.
         style: the printer's style sheet.
+        drawn: the parts of a page that it draws for its own print, as HTML: rows of its pictures'
+            states, in their order, and then its answers.
     """
 
     def __init__(
@@ -70,8 +70,9 @@ class Book:
         parts: Sequence[tuple[str, Sequence[str]]],
         about: Mapping[str, str],
         style: str,
+        drawn: Mapping[str, Sequence[str]],
     ) -> None:
-        self.site, self.about, self.style = site, about, style
+        self.site, self.about, self.style, self.drawn = site, about, style, drawn
         self.parts = parts
         self.pages = [page for _, pages in parts for page in pages]
         self.lines: list[Line] = []
@@ -131,13 +132,18 @@ class Book:
             each["open"] = ""
         for quiz in article.select(".rs-quiz"):
             quiz.append(_answers(quiz, soup))
-        if answers := _answers_of(article, soup):
-            article.append(answers)
         for code in article.select("pre"):
             if code.get_text().count("\n") > LONG:
                 code["class"] = [*code.get_attribute_list("class"), "long"]
-        for number, still in enumerate(article.select('img[src^="data:image/svg+xml"]')):
-            still.replace_with(_drawn(still, number))
+        rows = [BeautifulSoup(row, "html.parser") for row in self.drawn.get(page, ())]
+        if rows and (answers := rows[-1].select_one(".rs-answers")):
+            answers["id"] = "answers"
+            for box in article.select("details.sd-dropdown > summary"):
+                if box.get_text(strip=True) == "Answer" and box.parent:
+                    box.parent.decompose()
+            article.append(rows.pop())
+        for still, row in zip(article.select(".rs-picture > figure"), rows, strict=False):
+            still.replace_with(row)
         for each in article.find_all(True):
             self._rename(each, page)
         for link in article.select("a[href]"):
@@ -179,43 +185,6 @@ class Book:
         if target != page and not link.find("code"):
             number = soup.new_tag("span", attrs={"class": "rs-at", "data-to": to})
             link.insert_after(number)
-
-
-def _drawn(still: Tag, number: int) -> Tag:
-    """Return an image's drawing as a part of the page, in whose letters it is then written."""
-    text = unquote(str(still["src"])).partition(",")[2]
-    drawing = BeautifulSoup(NAMED.sub(rf"\g<1>still{number}-", text), "html.parser").svg
-    assert drawing is not None
-    drawing.attrs |= {"role": "img", "aria-label": still["alt"], "class": "still"}
-    return drawing
-
-
-def _answers_of(article: Tag, soup: BeautifulSoup) -> Tag | None:
-    """Return the answers to a page's predictions and exercises, which it then has no longer."""
-    section = soup.new_tag("section", attrs={"class": "rs-answers", "id": "answers"})
-    for answer in article.select(".rs-predict p:has(> .is-right:first-child)"):
-        asked = answer.find_parent("fieldset")
-        assert asked is not None and asked.legend is not None
-        section.append(_answer(asked.legend.get_text().removeprefix("Predict: "), answer, soup))
-    for box in article.select("details.sd-dropdown"):
-        if box.summary is not None and box.summary.get_text(strip=True) == "Answer":
-            before = box.find_previous_sibling("p")
-            number = before.strong.get_text() if before is not None and before.strong else ""
-            section.append(_answer(number, box.extract(), soup))
-    if not section.contents:
-        return None
-    heading = soup.new_tag("h2")
-    heading.string = "Answers"
-    section.insert(0, heading)
-    return section
-
-
-def _answer(to: str, answer: Tag, soup: BeautifulSoup) -> Tag:
-    """Return an answer behind the question, or the number of the exercise."""
-    box, asked = soup.new_tag("div"), soup.new_tag("strong")
-    asked.string = to
-    box.extend([asked, " ", answer])
-    return box
 
 
 def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:

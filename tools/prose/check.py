@@ -26,7 +26,7 @@ PAGES = (
 )
 CODE = (
     "lib/**/*.py",
-    "lib/course/robust_slam_course/canvas/js/**/*.js",
+    "lib/course/robust_slam_course/**/*.js",
     "autograder/**/*.py",
     "autograder/robust_slam_autograder/publishing/templates/*.txt",
     "autograder/robust_slam_autograder/reports/templates/*.html",

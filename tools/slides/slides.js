@@ -26,14 +26,22 @@ addEventListener("keydown", (event) => {
 
 const LARGEST = { "is-picture": 1.6, "is-figure": 2.4, "is-formula": 2.8, "is-table": 2.2 };
 
+const WIDTHS = [780, 980, 1180]; // pixels of words in a box: the one in which they are largest
+
 function fit(show) {
   const shown = show.firstElementChild;
   if (!shown.offsetWidth) return;
-  const largest = LARGEST[[...show.closest("section").classList].find((name) => LARGEST[name])];
-  const scale = Math.min(
-    show.clientWidth / shown.offsetWidth, show.clientHeight / shown.offsetHeight, largest ?? 1.7,
-  );
-  shown.style.transform = `scale(${scale})`;
+  const section = show.closest("section");
+  const largest = LARGEST[[...section.classList].find((name) => LARGEST[name])];
+  const scaleAt = (width) => {
+    shown.style.width = width && `${width}px`;
+    return Math.min(
+      show.clientWidth / shown.offsetWidth, show.clientHeight / shown.offsetHeight, largest ?? 1.7,
+    );
+  };
+  const widths = section.matches(".is-box, .is-list") ? WIDTHS : [""];
+  const best = widths.reduce((one, other) => (scaleAt(other) > scaleAt(one) ? other : one));
+  shown.style.transform = `scale(${scaleAt(best)})`;
 }
 
 // A picture is drawn when its slide comes, and only then has its size.

@@ -10,7 +10,7 @@ from typing import Any
 
 COMMANDS = (
     *("release", "check", "towns", "collect", "misconceptions", "grade", "regrade", "mark"),
-    *("feedback", "report", "export", "scores", "doctor", "lint", "public", "init_ci"),
+    *("feedback", "report", "export", "doctor", "lint", "public", "init_ci"),
 )
 
 

@@ -15,6 +15,7 @@ from functools import cache
 from importlib.resources import files
 from posixpath import dirname, join, normpath
 
+COURSE = files("robust_slam_course")
 _IMPORT = re.compile(r'^import\s*\{[^}]*\}\s*from\s*"(\.[^"]+)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class)\b)", re.MULTILINE)
 _ASIDE = re.compile(r"""\s+// [^\n"'`]*$|(?<=[{\n])\n""", re.MULTILINE)
@@ -41,7 +42,8 @@ def modules(name: str) -> dict[str, str]:
         ValueError: as ``bundle``.
     """
     done: dict[str, str] = {}
-    _add(f"pictures/{name}.js", done)
+    known = (f"pictures/{name}.js", f"pictures/{name}/{name}.js")
+    _add(next((path for path in known if (COURSE / path).is_file()), known[0]), done)
     return done
 
 
@@ -49,7 +51,7 @@ def _add(path: str, done: dict[str, str]) -> None:
     """Add the module ``path``, after those that it imports."""
     if path in done:
         return
-    source = (files(__package__) / "js" / path).read_text(encoding="utf-8")
+    source = (COURSE / path).read_text(encoding="utf-8")
     for imported in _IMPORT.findall(source):
         _add(normpath(join(dirname(path), imported)), done)
     body = _EXPORT.sub("", _IMPORT.sub("", _DOCUMENTATION.sub("", source)))

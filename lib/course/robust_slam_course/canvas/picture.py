@@ -46,7 +46,7 @@ STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')}
 class Picture:
     """A picture that the reader takes hold of.
 
-    ``name`` is that of its script, ``js/pictures/<name>.js``, unless it is another picture that
+    ``name`` is that of its script, ``pictures/<name>.js``, unless it is another picture that
     is embedded again, whose script is then ``script``. ``state`` is what the reader changes,
     ``data`` what stays, both of JSON's values. ``question`` is the reader's prediction, see
     ``quiz.prediction``, and ``tries`` are one thing more to try; ``still`` shows the first state

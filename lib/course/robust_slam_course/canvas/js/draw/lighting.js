@@ -27,7 +27,7 @@ function light(el, selector) {
   if (!selector) return;
   el.dataset.lighting = "";
   sheet.textContent = el.querySelector(".rs-stage").querySelector(selector)
-    ? `[data-lighting] .rs-stage :is(path, circle, text):not(${selector}) { opacity: 0.2; }`
+    ? `[data-lighting] .rs-stage :is(path, line, circle, text):not(${selector}) { opacity: 0.2; }`
     : `[data-lighting] :is(${selector}) { outline: 3px solid var(--rs-accent); outline-offset: 3px; }`;
 }
 
@@ -58,7 +58,7 @@ export function linkWords(el, root) {
   const named = new Set();
   const link = (shown) => {
     const name = shown.textContent.toLowerCase().replace(/s$/, "");
-    const [part] = [...el.querySelectorAll(NAMED[name] ?? "none")].filter((each) => each.checkVisibility());
+    const [part] = [...el.querySelectorAll(NAMED[name] ?? "none")].filter((each) => !each.closest("details:not([open])"));
     if (!part || named.has(name)) return;
     named.add(name);
     const [look = ""] = NAMED[name].match(/is-\w+/) ?? [];

@@ -7,9 +7,8 @@ import { graphResidualNorms } from "../solve/pose_graph.js";
 
 /**
  * A live picture whose pose graph can be heard, too, edge by edge; `spec` is that of `livePicture`.
- * A result of `solve` has `heard`: { graph, poses (3n), weights (m, by default 1), map, first, of }, where
- * `map` is the key that `fitAround` was given, and `first` the number of the first pose as it is spoken;
- * `of` names the map where there are more than one.
+ * A result of `solve` has `heard`: { graph, poses (3n), weights (m, by default 1), map }, where `map` is
+ * the key of the map in `scene.fits`.
  *
  * Own code, because chart2music plays values over an axis and has no edges with two ends, weights and
  * values that change under the hand, and its 56 kB (gzipped) are twice a whole picture.
@@ -93,14 +92,14 @@ function openEar(button, first, layer) {
 }
 
 /** The edges in the order in which they are heard: the odometry, then the closures by their earlier pose. */
-function walkOf({ graph, poses, weights, first = 0, of = "" }) {
+function walkOf({ graph, poses, weights }) {
   const norms = graphResidualNorms(graph, poses);
   const earlier = (k) => Math.min(graph.tail[k], graph.head[k]);
   return ["odometry", "closure"].flatMap((kind, isClosure) => {
     const own = [...graph.tail.keys()].filter((k) => Boolean(graph.isOdometry[k]) !== Boolean(isClosure));
     return own.sort((one, other) => earlier(one) - earlier(other)).map((k, place) => {
       const [ends, weight] = [[graph.tail[k], graph.head[k]], weights?.[k] ?? 1];
-      const text = `${of}${kind} ${place + 1} of ${own.length}, from pose ${ends[0] + first} to pose ${ends[1] + first},`
+      const text = `${kind} ${place + 1} of ${own.length}, from pose ${ends[0]} to pose ${ends[1]},`
         + ` residual ${norms[k].toFixed(1)}\u00a0σ, weight ${numberText(weight, 2)}`;
       return { ends, isClosure, norm: norms[k], weight, text };
     });

@@ -1,11 +1,12 @@
 import { putHandle } from "./handle.js";
-import { pathThrough } from "./scene.js";
+import { lineBetween, pathThrough } from "./scene.js";
 
 /**
  * Maps between metres and pixels that fit `poses` (x, y, θ one after the other, in m, m, rad)
- * into the box `{x, y, width, height}` (pixels), with one scale for both axes.
+ * into the box `{x, y, width, height}` (pixels), with one scale for both axes; `room` is what stays free
+ * around them, in metres.
  */
-export function fitMap(box, poses, margin = 26) {
+export function fitMap(box, poses, margin = 26, room = 0) {
   let [west, east, south, north] = [Infinity, -Infinity, Infinity, -Infinity];
   for (let k = 0; k < poses.length; k += 3) {
     west = Math.min(west, poses[k]);
@@ -14,8 +15,8 @@ export function fitMap(box, poses, margin = 26) {
     north = Math.max(north, poses[k + 1]);
   }
   const scale = Math.min(
-    (box.width - 2 * margin) / Math.max(east - west, 1e-9),
-    (box.height - 2 * margin) / Math.max(north - south, 1e-9),
+    (box.width - 2 * margin) / Math.max(east - west + 2 * room, 1e-9),
+    (box.height - 2 * margin) / Math.max(north - south + 2 * room, 1e-9),
   );
   const [x0, y0] = [box.x + box.width / 2, box.y + box.height / 2];
   const [mx, my] = [(west + east) / 2, (south + north) / 2];
@@ -67,8 +68,8 @@ export function putDrive(scene, layer, key, map, poses, look) {
 
 /** An edge between poses `i` and `j`; `width` in pixels, `look` a class of the style sheet. */
 export function putEdge(scene, layer, key, map, poses, [i, j], look, width = 2) {
-  const d = pathThrough([posePixels(map, poses, i), posePixels(map, poses, j)]);
-  return scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width, "data-part": key });
+  const ends = lineBetween(posePixels(map, poses, i), posePixels(map, poses, j));
+  return scene.put(layer, key, "line", { class: `rs-edge ${look}`, ...ends, "stroke-width": width, "data-part": key });
 }
 
 /** The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. */
@@ -81,36 +82,36 @@ export function nearestPose(poses, x, y, allowed = () => true) {
   return best;
 }
 
+const JOIN_GAP = 2; // poses, from one end of a closure to the other
+
 /**
  * The two ends of each closure in `closures` as handles on `poses`. An end snaps to the
  * nearest pose; arrows move it along the drive. `edit(list)` is told the new closures;
- * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses,
- * `first` the number of the first pose as it is spoken, `last` the last that may be joined, `key` what
- * the handles' keys begin with.
+ * Delete removes one where `removable`. `last` is the last pose that may be joined.
  */
 export function putClosureHandles(scene, map, poses, closures, edit, {
-  gap = 2, removable = true, noun = "Closure", first = 0, key = "closure", last = poses.length / 3 - 1,
-} = {}) {
+  noun, removable = true, last = poses.length / 3 - 1,
+}) {
   closures.forEach((closure, number) => [0, 1].forEach((end) => {
     const [here, there] = [closure[end], closure[1 - end]];
     const move = (pose) => edit(closures.map((other, k) => {
-      if (k !== number || Math.abs(pose - there) < gap) return other;
+      if (k !== number || Math.abs(pose - there) < JOIN_GAP) return other;
       return end === 0 ? [pose, there] : [there, pose];
     }));
     const [x, y] = posePixels(map, poses, here);
-    putHandle(scene, `${key}-${number}-${end}`, {
+    putHandle(scene, `closure-${number}-${end}`, {
       x, y, shape: end ? "diamond" : "circle", look: "rs-wrong",
       label: `${noun} ${number + 1}, ${end ? "second" : "first"} end`,
-      text: `pose ${here + first}`, now: here + first, least: first, most: last + first,
+      text: `pose ${here}`, now: here, least: 0, most: last,
       drag: (px, py) => move(nearestPose(
-        poses, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - there) >= gap,
+        poses, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - there) >= JOIN_GAP,
       )),
       step: (right, up) => {
         const steps = right || up;
         const to = Math.min(last, Math.max(0, here + steps));
         // Past the other end, on to the first pose on its far side, or where there is none, on this side.
-        const [far, near] = [there + Math.sign(steps) * gap, there - Math.sign(steps) * gap];
-        move(Math.abs(to - there) >= gap ? to : far >= 0 && far <= last ? far : near);
+        const [far, near] = [there + Math.sign(steps) * JOIN_GAP, there - Math.sign(steps) * JOIN_GAP];
+        move(Math.abs(to - there) >= JOIN_GAP ? to : far >= 0 && far <= last ? far : near);
       },
       remove: removable ? () => edit(closures.filter((_, k) => k !== number)) : undefined,
     });

@@ -156,7 +156,7 @@ export function livePicture({ model, el }, spec) {
 }
 
 const [RESET, LINK] = ["Back to the first state", "Copy a link to this state"];
-const [PAPER, SHARES] = [340, [0, 0.5, 1]]; // pixels, as on a phone; from the first state to the answer
+const [PAPER, SHARES] = [290, [0, 0.5, 1]]; // pixels, as on a small phone; from the first state to the answer
 
 /** Name a button that is an icon, to eyes and ears. */
 function nameIcon(button, name) {

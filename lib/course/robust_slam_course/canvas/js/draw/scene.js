@@ -104,6 +104,12 @@ export class Scene {
   }
 }
 
+/** The attributes of a line; unlike a path's `d` they are no style, which a browser would work out anew. */
+export function lineBetween([x, y], [toX, toY]) {
+  const [x1, y1, x2, y2] = [x, y, toX, toY].map((each) => each.toFixed(1));
+  return { x1, y1, x2, y2 };
+}
+
 /** The `d` of a path through points `[[x, y], …]`, in pixels. */
 export function pathThrough(points) {
   return points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");

@@ -1,4 +1,5 @@
 import { numberText } from "./number.js";
+import { lineBetween } from "./scene.js";
 import { sideBySide } from "./stage.js";
 
 const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 28, 40, 4, 14, 34];
@@ -52,12 +53,12 @@ function putGroup(scene, layer, key, inner, toY, { name, bars }, { linear }) {
   const slot = Math.min(WIDEST, inner.width / Math.max(bars.length, 1));
   const first = inner.x + 0.5 * (inner.width - slot * bars.length);
   bars.forEach(({ value, look = "is-muted", style = "", part }, number) => {
-    const [x, y] = [first + (number + 0.5) * slot, toY(value)].map((each) => each.toFixed(1));
+    const [x, y] = [first + (number + 0.5) * slot, toY(value)];
     const own = linear
-      ? { class: look, d: `M${x} ${floor}V${y}`, "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1) }
-      : { class: "rs-dots", d: `M${x} ${y}h0` };
+      ? { class: look, "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1) } : { class: "rs-dots" };
+    const ends = lineBetween([x, linear ? floor : y], [x, y]);
     const cap = linear ? "stroke-linecap:butt;stroke-dasharray:none" : "";
-    scene.put(layer, `${key}-${number}`, "path", { ...own, "data-part": part, style: `${style};${cap}` });
+    scene.put(layer, `${key}-${number}`, "line", { ...own, ...ends, "data-part": part, style: `${style};${cap}` });
   });
   scene.text(layer, `${key}-name`, inner.x + 0.5 * inner.width, floor + 18, name, "", "middle");
 }

@@ -1,11 +1,11 @@
-import { putLegend } from "../draw/legend.js";
-import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
-import { putMarker } from "../draw/marker.js";
-import { livePicture } from "../draw/picture.js";
-import { pathThrough } from "../draw/scene.js";
-import { sideBySide } from "../draw/stage.js";
-import { poseCovariances } from "../solve/covariance.js";
-import { graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { fitAround, posePixels, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { putMarker } from "../canvas/js/draw/marker.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { pathThrough } from "../canvas/js/draw/scene.js";
+import { sideBySide } from "../canvas/js/draw/stage.js";
+import { poseCovariances } from "../canvas/js/solve/covariance.js";
+import { graphWithWrong, leastSquares, poseGraphProblem } from "../canvas/js/solve/pose_graph.js";
 
 /**
  * A map that grows, and withdraws an outlier. Which closures it keeps was decided by the library,

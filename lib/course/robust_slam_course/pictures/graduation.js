@@ -1,13 +1,13 @@
-import { putAxes } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { boundedNumber } from "../draw/link.js";
-import { putEndLabels } from "../draw/labels.js";
-import { fitMap } from "../draw/map.js";
-import { putMarker } from "../draw/marker.js";
-import { livePicture } from "../draw/picture.js";
-import { pathThrough, setAttributes } from "../draw/scene.js";
-import { posesOf } from "../draw/steps.js";
-import { WIDE } from "../draw/stage.js";
+import { putAxes } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { putEndLabels } from "../canvas/js/draw/labels.js";
+import { fitMap } from "../canvas/js/draw/map.js";
+import { putMarker } from "../canvas/js/draw/marker.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { pathThrough, setAttributes } from "../canvas/js/draw/scene.js";
+import { posesOf } from "../canvas/js/draw/steps.js";
+import { WIDE } from "../canvas/js/draw/stage.js";
 
 /**
  * Small maps of ten towns in a table, two starts by IRLS and GNC, each by two costs. The reader makes

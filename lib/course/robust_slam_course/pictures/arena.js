@@ -1,8 +1,8 @@
-import { putLegend } from "../draw/legend.js";
-import { fitAround, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
-import { posesOf } from "../draw/steps.js";
-import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { fitAround, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { posesOf } from "../canvas/js/draw/steps.js";
+import { sideBySide, stageHeight, WIDE } from "../canvas/js/draw/stage.js";
 
 /**
  * Two solvers of the library on one town, with as many outliers as the reader likes. The maps were

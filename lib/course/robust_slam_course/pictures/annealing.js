@@ -1,13 +1,13 @@
-import { gnc } from "../solve/graduation.js";
-import { KERNELS, gmSurrogate, tlsSurrogate } from "../solve/kernels.js";
-import { minimaOf, sampledCost } from "../solve/landscapes.js";
-import { locationProblem } from "../solve/location.js";
-import { putAxes, putPath } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { LAST_STEP } from "../draw/controls.js";
-import { putHandle } from "../draw/handle.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
+import { gnc } from "../canvas/js/solve/graduation.js";
+import { KERNELS, gmSurrogate, tlsSurrogate } from "../canvas/js/solve/kernels.js";
+import { minimaOf, sampledCost } from "../canvas/js/solve/landscapes.js";
+import { locationProblem } from "../canvas/js/solve/location.js";
+import { putAxes, putPath } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { LAST_STEP } from "../canvas/js/draw/controls.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
 
 /** GNC on a few readings: the cost as it sharpens, the weights, the path of the estimate. */
 export function render(context) {

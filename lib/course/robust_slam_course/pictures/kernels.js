@@ -1,13 +1,13 @@
-import { KERNELS } from "../solve/kernels.js";
-import { locationProblem } from "../solve/location.js";
-import { irls } from "../solve/loop.js";
-import { putAxes, putCurve, putPath } from "../draw/axes.js";
-import { putHandle } from "../draw/handle.js";
-import { putEndLabels } from "../draw/labels.js";
-import { putMarker } from "../draw/marker.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { twoPanels } from "../draw/stage.js";
+import { KERNELS } from "../canvas/js/solve/kernels.js";
+import { locationProblem } from "../canvas/js/solve/location.js";
+import { irls } from "../canvas/js/solve/loop.js";
+import { putAxes, putCurve, putPath } from "../canvas/js/draw/axes.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { putEndLabels } from "../canvas/js/draw/labels.js";
+import { putMarker } from "../canvas/js/draw/marker.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { twoPanels } from "../canvas/js/draw/stage.js";
 
 /**
  * One reading that the reader moves away from eight others, as four kernels see it. The curves are

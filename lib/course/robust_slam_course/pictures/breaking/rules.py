@@ -7,8 +7,8 @@ aliasing. A solver is fooled if its map then is more than ``BOUND`` from the lea
 without outliers. The fewer closures do it the better, and among equally many the shortest offset.
 
 A score is written ``A:gnc:1-9:1,-1:2``: the town, the solver, the poses of the first closure, the
-offset (m), and how many closures there are. The picture *Break the map* writes it, and the
-command ``robust-slam replay`` replays it.
+offset (m), and how many closures there are. The picture writes it, and the command ``replay`` of
+this folder replays it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from itertools import combinations
 from math import hypot
 
 import numpy as np
-
 from robust_slam._arrays import Array
 from robust_slam.consistency import pcm
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels

@@ -1,16 +1,16 @@
-import { boundedNumber } from "../draw/link.js";
-import { putLegend } from "../draw/legend.js";
-import { fitAround, nearestPose, posePixels, putDrive, putEdge } from "../draw/map.js";
-import { putHandle } from "../draw/handle.js";
-import { livePicture } from "../draw/picture.js";
-import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
-import { twoPanels, WIDE } from "../draw/stage.js";
-import { putStrip } from "../draw/strip.js";
-import { agreeingClosures } from "../solve/aliasing.js";
-import { gnc } from "../solve/graduation.js";
-import { irls } from "../solve/loop.js";
-import { alignPoses, ate } from "../solve/metrics.js";
-import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { fitAround, nearestPose, posePixels, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { letterOf, painted, putRibbon } from "../canvas/js/draw/ribbon.js";
+import { twoPanels, WIDE } from "../canvas/js/draw/stage.js";
+import { putStrip } from "../canvas/js/draw/strip.js";
+import { agreeingClosures } from "../canvas/js/solve/aliasing.js";
+import { gnc } from "../canvas/js/solve/graduation.js";
+import { irls } from "../canvas/js/solve/loop.js";
+import { alignPoses, ate } from "../canvas/js/solve/metrics.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../canvas/js/solve/pose_graph.js";
 
 /**
  * One map, which is that of least squares, of switches or of GNC. The reader drags one end of nine
@@ -156,9 +156,10 @@ function putWrongEnd(scene, map, { data, state, change }) {
 
 function showcaseCaption({ state, result: { kept, off } }) {
   const [name, end] = [METHODS[state.method], `${off.toFixed(2)}\u00a0m off.`];
+  const [s, its] = state.method === "switches" ? ["", "their"] : ["s", "its"];
   const where = `with the diamond at pose ${state.place}`;
   const who = kept === NINE ? "the nine" : `${kept} of the nine`;
-  if (!kept) return `${name} rejects the nine ${where}, and its map stays on the path, ${end}`;
-  if (off > AT_MOST) return `${name} follows ${who} ${where}, and they bend its map: it is ${end}`;
-  return `${name} keeps ${who} ${where}, but they hardly bend its map: it is ${end}`;
+  if (!kept) return `${name} reject${s} the nine ${where}, and ${its} map stays on the path, ${end}`;
+  if (off > AT_MOST) return `${name} follow${s} ${who} ${where}, and they bend ${its} map: it is ${end}`;
+  return `${name} keep${s} ${who} ${where}, but they hardly bend ${its} map: it is ${end}`;
 }

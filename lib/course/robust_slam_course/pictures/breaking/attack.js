@@ -1,14 +1,14 @@
 /**
  * A solver on a town with agreeing outliers: who fools it with the fewest?
  *
- * Source: as `robust_slam.breaking`.
+ * Source: as `rules.py`.
  */
-import { agreeingClosures } from "./aliasing.js";
-import { firstClique, pcm } from "./consistency.js";
-import { gnc } from "./graduation.js";
-import { irls } from "./loop.js";
-import { ate } from "./metrics.js";
-import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "./pose_graph.js";
+import { agreeingClosures } from "../../canvas/js/solve/aliasing.js";
+import { firstClique, pcm } from "../../canvas/js/solve/consistency.js";
+import { gnc } from "../../canvas/js/solve/graduation.js";
+import { irls } from "../../canvas/js/solve/loop.js";
+import { ate } from "../../canvas/js/solve/metrics.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../../canvas/js/solve/pose_graph.js";
 
 const ATTACKED = {
   squares: (graph) => {

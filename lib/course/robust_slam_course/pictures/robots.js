@@ -1,13 +1,13 @@
-import { fitAround, fitMap, nearestPose, posePixels, putDrive } from "../draw/map.js";
-import { putHandle } from "../draw/handle.js";
-import { freePlace } from "../draw/labels.js";
-import { putLegend } from "../draw/legend.js";
-import { possibleJoins } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { pathThrough } from "../draw/scene.js";
-import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
-import { solveFleet } from "../solve/fleet.js";
-import { CHI_99_SE2, graphWithWrong } from "../solve/pose_graph.js";
+import { fitAround, fitMap, nearestPose, posePixels, putDrive } from "../canvas/js/draw/map.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { freePlace } from "../canvas/js/draw/labels.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { possibleJoins } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { pathThrough } from "../canvas/js/draw/scene.js";
+import { sideBySide, stageHeight, WIDE } from "../canvas/js/draw/stage.js";
+import { solveFleet } from "../canvas/js/solve/fleet.js";
+import { CHI_99_SE2, graphWithWrong } from "../canvas/js/solve/pose_graph.js";
 
 /**
  * Three robots that exchange boundary poses: one map of all, and what each of them knows. Robot C

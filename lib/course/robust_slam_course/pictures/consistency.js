@@ -1,12 +1,12 @@
-import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { twoPanels } from "../draw/stage.js";
-import { agreeingClosures } from "../solve/aliasing.js";
-import { pcm } from "../solve/consistency.js";
-import { irls } from "../solve/loop.js";
-import { alignPoses, ate } from "../solve/metrics.js";
-import { graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
+import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { twoPanels } from "../canvas/js/draw/stage.js";
+import { agreeingClosures } from "../canvas/js/solve/aliasing.js";
+import { pcm } from "../canvas/js/solve/consistency.js";
+import { irls } from "../canvas/js/solve/loop.js";
+import { alignPoses, ate } from "../canvas/js/solve/metrics.js";
+import { graphWithWrong, leastSquares, poseGraphProblem } from "../canvas/js/solve/pose_graph.js";
 
 /**
  * Closures on a map, correct ones and wrong ones that agree and that the reader moves; which of all

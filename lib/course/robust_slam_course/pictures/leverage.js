@@ -1,14 +1,14 @@
-import { KERNELS } from "../solve/kernels.js";
-import { lineLeverages, lineProblem } from "../solve/location.js";
-import { irls } from "../solve/loop.js";
-import { putAxes, putCurve, roundTicks } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { freePlace } from "../draw/labels.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { pathThrough } from "../draw/scene.js";
-import { twoPanels } from "../draw/stage.js";
+import { KERNELS } from "../canvas/js/solve/kernels.js";
+import { lineLeverages, lineProblem } from "../canvas/js/solve/location.js";
+import { irls } from "../canvas/js/solve/loop.js";
+import { putAxes, putCurve, roundTicks } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { freePlace } from "../canvas/js/draw/labels.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { pathThrough } from "../canvas/js/draw/scene.js";
+import { twoPanels } from "../canvas/js/draw/stage.js";
 
 /** Readings of a wall, the fitted line, the pull of each reading and the influence curve. */
 export function render(context) {

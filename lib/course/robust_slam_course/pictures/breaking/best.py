@@ -1,18 +1,11 @@
-"""The best attack on each solver in each town of *Break the map*: the table of a live picture.
-
-python -m tools.data.breaking
-python -m tools.data.breaking --out lib/course/robust_slam_course/pictures/breaking.json
-"""
+"""The best attack on each solver in each town, which the picture keeps in ``best.json``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-from robust_slam import breaking
-
-from tools.data import make
+from robust_slam_course.pictures.breaking import rules
 
 
 def best(town: str, solver: str) -> dict[str, Any]:
@@ -22,8 +15,8 @@ def best(town: str, solver: str) -> dict[str, Any]:
     where no attack fools the solver.
     """
     tried = 0
-    for tried, attack in enumerate(breaking.attacks(town, solver), 1):
-        if breaking.bent(attack) > breaking.BOUND:
+    for tried, attack in enumerate(rules.attacks(town, solver), 1):
+        if rules.bent(attack) > rules.BOUND:
             return {"tried": tried, "score": str(attack)}
     return {"tried": tried, "score": None}
 
@@ -33,17 +26,7 @@ def table() -> dict[str, Any]:
     with ProcessPoolExecutor() as pool:
         runs = {
             f"{town}:{solver}": pool.submit(best, town, solver)
-            for town in breaking.TOWNS
-            for solver in breaking.SOLVERS
+            for town in rules.TOWNS
+            for solver in rules.SOLVERS
         }
         return {name: run.result() for name, run in runs.items()}
-
-
-def told(made: dict[str, Any]) -> Iterator[str]:
-    """Yield how many attacks were tried, and the best score."""
-    for name, found in made.items():
-        yield f"{name:10} {found['tried']:6} {found['score'] or 'none'}"
-
-
-if __name__ == "__main__":
-    make(__doc__, table, told)

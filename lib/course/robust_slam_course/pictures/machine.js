@@ -1,10 +1,10 @@
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { boundedNumber } from "../draw/link.js";
-import { fitMap, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
-import { posesOf } from "../draw/steps.js";
-import { twoPanels, WIDE } from "../draw/stage.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { fitMap, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { posesOf } from "../canvas/js/draw/steps.js";
+import { twoPanels, WIDE } from "../canvas/js/draw/stage.js";
 
 /**
  * Closures run as beads through a pipe of stages, and those that a stage rejects fall out below it.

@@ -1,13 +1,13 @@
-import { certify, connectionMatrix, headingsRow, quadraticCost } from "../solve/certificate.js";
-import { pulledRing } from "../solve/ring.js";
-import { putAxes, putPath } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { freePlace } from "../draw/labels.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { pathThrough } from "../draw/scene.js";
-import { WIDE } from "../draw/stage.js";
+import { certify, connectionMatrix, headingsRow, quadraticCost } from "../canvas/js/solve/certificate.js";
+import { pulledRing } from "../canvas/js/solve/ring.js";
+import { putAxes, putPath } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { freePlace } from "../canvas/js/draw/labels.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { pathThrough } from "../canvas/js/draw/scene.js";
+import { WIDE } from "../canvas/js/draw/stage.js";
 
 /**
  * Headings on a ring of which the first is nailed. The reader pulls another one and the rest follow,

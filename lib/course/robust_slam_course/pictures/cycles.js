@@ -1,14 +1,14 @@
-import { numberText } from "../draw/number.js";
-import { possibleJoins } from "../draw/link.js";
-import { audiblePicture } from "../draw/listen.js";
-import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { setAttributes } from "../draw/scene.js";
-import { stageHeight, twoPanels, WIDE } from "../draw/stage.js";
-import { putStrip } from "../draw/strip.js";
-import { alignPoses, ate } from "../solve/metrics.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { possibleJoins } from "../canvas/js/draw/link.js";
+import { audiblePicture } from "../canvas/js/draw/listen.js";
+import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { setAttributes } from "../canvas/js/draw/scene.js";
+import { stageHeight, twoPanels, WIDE } from "../canvas/js/draw/stage.js";
+import { putStrip } from "../canvas/js/draw/strip.js";
+import { alignPoses, ate } from "../canvas/js/solve/metrics.js";
 import {
   CHI_99_SE2, graphResidualNorms, graphWithWrong, leastSquares, poseGraphProblem,
-} from "../solve/pose_graph.js";
+} from "../canvas/js/solve/pose_graph.js";
 
 /**
  * A town in which the reader moves a wrong closure. Each edge has the colour and the width of its
@@ -35,6 +35,7 @@ export function render(context) {
   });
 }
 
+const ROOM = 1.9; // m around the true path, whatever bends: a scale that changes would hide how much
 const CHANGED = 0.005; // a residual that moved by more than this, in standard deviations
 
 function cleanCycles(state, data) {
@@ -73,9 +74,9 @@ function solveCycles({ wrong, correct, sigma }, data, undisturbed) {
   };
 }
 
-/** 0 for a residual of half a standard deviation or less, 1 from eight on. */
+/** 0 for a residual of half a standard deviation or less, 1 from eight on, in twentieths. */
 function heatOf(norm) {
-  return Math.min(1, Math.max(0, Math.log(norm / 0.5) / Math.log(16)));
+  return Math.round(20 * Math.min(1, Math.max(0, Math.log(norm / 0.5) / Math.log(16)))) / 20;
 }
 
 /** From blue through purple to orange: none of the colours between is grey. */
@@ -89,10 +90,10 @@ function drawCycles(scene, { result, state, shown, width, height, data, change }
   const { truth } = data;
   const [left, right] = twoPanels({ x: 0, y: 0, width, height }, [1.25, 1], 0.66);
   const box = { ...left, y: 22, height: left.height - 22 };
-  const map = fitAround(scene, "town", box, truth, result.poses);
-  for (const layer of ["edges", "drive"]) scene.clip(layer, box);
+  const map = fitMap(box, truth, 6, ROOM);
+  scene.fits.set("town", map);
   putDrive(scene, "ghost", "truth", map, truth, "is-ghost");
-  putHeatedEdges(scene, map, shown, result);
+  putHeatedEdges(scene, box, map, shown, result);
   putEdge(scene, "wrong", "wrong", map, truth, state.wrong, "is-outlier", 3);
   scene.text("strip", "key", 2, 14, "dotted: true path; colour: u", "rs-tick");
   putStrip(scene, "strip", "norms", right, residualGroups(result), {
@@ -104,9 +105,13 @@ function drawCycles(scene, { result, state, shown, width, height, data, change }
   });
 }
 
-function putHeatedEdges(scene, map, shown, { graph, norms, steps, closures }) {
+/** The edges that are within the box: those that wrong closures swing farther run out of the picture. */
+function putHeatedEdges(scene, box, map, shown, { graph, norms, steps, closures }) {
+  const isWithin = ([x, y]) => (
+    x > box.x && x < box.x + box.width && y > box.y && y < box.y + box.height);
   for (let k = 0; k < steps + closures; k += 1) {
     const ends = [graph.tail[k], graph.head[k]];
+    if (!ends.every((pose) => isWithin(posePixels(map, shown, pose)))) continue;
     const wide = (k < steps ? 2 : 1.2) * (1 + 1.5 * heatOf(norms[k]));
     const layer = k < steps ? "drive" : "edges";
     const edge = putEdge(scene, layer, `edge-${k}`, map, shown, ends, "is-estimate", wide.toFixed(1));

@@ -1,11 +1,11 @@
-import { putLegend } from "../draw/legend.js";
-import { putHandle } from "../draw/handle.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { pathThrough } from "../draw/scene.js";
-import { attackedMap } from "../solve/breaking.js";
-import { alignPoses } from "../solve/metrics.js";
+import { putLegend } from "../../canvas/js/draw/legend.js";
+import { putHandle } from "../../canvas/js/draw/handle.js";
+import { boundedNumber } from "../../canvas/js/draw/link.js";
+import { livePicture } from "../../canvas/js/draw/picture.js";
+import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../../canvas/js/draw/map.js";
+import { pathThrough } from "../../canvas/js/draw/scene.js";
+import { attackedMap } from "./attack.js";
+import { alignPoses } from "../../canvas/js/solve/metrics.js";
 
 /** A game: the reader tells a solver where a part of a small town is not, in as few closures. */
 export function render(context) {

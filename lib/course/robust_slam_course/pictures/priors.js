@@ -1,14 +1,14 @@
-import { putAxes } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { putLegend } from "../draw/legend.js";
-import { fitAround, putDrive, putEdge } from "../draw/map.js";
-import { putMarker } from "../draw/marker.js";
-import { livePicture } from "../draw/picture.js";
-import { twoPanels } from "../draw/stage.js";
-import { alignPoses, ate } from "../solve/metrics.js";
-import { CHI_99_SE2, graphResidualNorms, graphWithWrong, poseGraphProblem } from "../solve/pose_graph.js";
-import { switchesWithPriors } from "../solve/priors.js";
+import { putAxes } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { fitAround, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { putMarker } from "../canvas/js/draw/marker.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { twoPanels } from "../canvas/js/draw/stage.js";
+import { alignPoses, ate } from "../canvas/js/solve/metrics.js";
+import { CHI_99_SE2, graphResidualNorms, graphWithWrong, poseGraphProblem } from "../canvas/js/solve/pose_graph.js";
+import { switchesWithPriors } from "../canvas/js/solve/priors.js";
 
 /** A map whose closures claim that they are inliers; the reader drags how sure they are. */
 export function render(context) {

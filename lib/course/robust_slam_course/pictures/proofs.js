@@ -1,13 +1,13 @@
-import { putAxes } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { putLegend } from "../draw/legend.js";
-import { boundedNumber } from "../draw/link.js";
-import { fitMap, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
-import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
-import { posesOf } from "../draw/steps.js";
-import { twoPanels, WIDE } from "../draw/stage.js";
+import { putAxes } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { fitMap, putDrive, putEdge } from "../canvas/js/draw/map.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { letterOf, painted, putRibbon } from "../canvas/js/draw/ribbon.js";
+import { posesOf } from "../canvas/js/draw/steps.js";
+import { twoPanels, WIDE } from "../canvas/js/draw/stage.js";
 
 /**
  * Runs of a reweighting loop, each of whose steps is certified. The reader winds the headings from

@@ -1,11 +1,11 @@
-"""The game *Break the map*; `tools/data/breaking.py` computes the best possible scores."""
+"""The picture of the game: its words, its first state and its data."""
 
 from __future__ import annotations
 
 import numpy as np
-from robust_slam import breaking as game
 
 from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.breaking import rules as game
 from robust_slam_course.pictures.graphs import graph_data, map_still, stored
 from robust_slam_course.quiz import ask
 
@@ -14,7 +14,7 @@ _FIRST = "A:gnc:2-9:1,1:1"
 
 def breaking() -> Picture:
     """Return three small towns in which the reader fools a solver with few and small outliers."""
-    best = {key: found["score"] for key, found in stored("breaking.json").items()}
+    best = {key: found["score"] for key, found in stored("breaking/best.json").items()}
     first, shown = game.attack(_FIRST), game.attack(best["A:gnc"])
     graph, truth, _ = game.town(first.town)
     spoiled = game.attacked(first)

@@ -1,9 +1,9 @@
-import { gnc } from "../solve/graduation.js";
-import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
-import { putLegend } from "../draw/legend.js";
-import { possibleJoins } from "../draw/link.js";
-import { audiblePicture } from "../draw/listen.js";
-import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { gnc } from "../canvas/js/solve/graduation.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../canvas/js/solve/pose_graph.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
+import { possibleJoins } from "../canvas/js/draw/link.js";
+import { audiblePicture } from "../canvas/js/draw/listen.js";
+import { fitAround, putClosureHandles, putDrive, putEdge } from "../canvas/js/draw/map.js";
 
 /** A drive through a town, correct closures, and wrong ones, which join the map when they are moved. */
 export function render(context) {

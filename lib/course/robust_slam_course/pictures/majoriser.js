@@ -1,16 +1,16 @@
-import { KERNELS } from "../solve/kernels.js";
-import { majoriser, sampledCost } from "../solve/landscapes.js";
-import { locationProblem } from "../solve/location.js";
-import { irls, STOP } from "../solve/loop.js";
-import { putAxes, putCurve } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { putMarker } from "../draw/marker.js";
-import { freePlace } from "../draw/labels.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
-import { pathThrough, setAttributes } from "../draw/scene.js";
+import { KERNELS } from "../canvas/js/solve/kernels.js";
+import { majoriser, sampledCost } from "../canvas/js/solve/landscapes.js";
+import { locationProblem } from "../canvas/js/solve/location.js";
+import { irls, STOP } from "../canvas/js/solve/loop.js";
+import { putAxes, putCurve } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { putMarker } from "../canvas/js/draw/marker.js";
+import { freePlace } from "../canvas/js/draw/labels.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { letterOf, painted, putRibbon } from "../canvas/js/draw/ribbon.js";
+import { pathThrough, setAttributes } from "../canvas/js/draw/scene.js";
 
 /**
  * IRLS from a start that the reader drags: the weights there, the cost with the parabola that touches

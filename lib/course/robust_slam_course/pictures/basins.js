@@ -1,13 +1,13 @@
-import { KERNELS } from "../solve/kernels.js";
-import { sampledCost } from "../solve/landscapes.js";
-import { locationProblem } from "../solve/location.js";
-import { irls } from "../solve/loop.js";
-import { putAxes, putPath } from "../draw/axes.js";
-import { numberText } from "../draw/number.js";
-import { putHandle } from "../draw/handle.js";
-import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
-import { letterOf, painted, putRibbon } from "../draw/ribbon.js";
+import { KERNELS } from "../canvas/js/solve/kernels.js";
+import { sampledCost } from "../canvas/js/solve/landscapes.js";
+import { locationProblem } from "../canvas/js/solve/location.js";
+import { irls } from "../canvas/js/solve/loop.js";
+import { putAxes, putPath } from "../canvas/js/draw/axes.js";
+import { numberText } from "../canvas/js/draw/number.js";
+import { putHandle } from "../canvas/js/draw/handle.js";
+import { boundedNumber } from "../canvas/js/draw/link.js";
+import { livePicture } from "../canvas/js/draw/picture.js";
+import { letterOf, painted, putRibbon } from "../canvas/js/draw/ribbon.js";
 
 /** The cost of two groups of readings, a descent on it, and where descents from tried starts end. */
 export function render(context) {

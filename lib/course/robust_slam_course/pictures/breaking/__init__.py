@@ -1,0 +1,5 @@
+"""The game *Break the map*, whole: rules, picture, scripts, and tables of scores."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

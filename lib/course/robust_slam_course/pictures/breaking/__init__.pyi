@@ -1,0 +1,1 @@
+from .picture import breaking as breaking
