@@ -13,8 +13,8 @@ ROOT = Path(__file__).parents[2]
 PYTHON = '#!/bin/sh\nif [ "$1" = tools/quietly.py ]; then shift 2; exec "$@"; fi\n'
 BUILDER = "#!/bin/sh\nmkdir -p build/_build/html && echo built >> built.txt\n"
 NEEDED = ("_config.yml", "_toc.yml", "requirements.lock", "lib/pyproject.toml",
-          "lib/course/pyproject.toml", "autograder/pyproject.toml", "chapters/page.md", ".venv/.ready", "tools/fonts.py",
-          "build/fonts/fonts.css")  # fmt: skip
+          "lib/course/pyproject.toml", "autograder/pyproject.toml", "chapters/page.md",
+          ".venv/.ready", "tools/fonts.py", "build/fonts/fonts.css")  # fmt: skip
 
 
 @pytest.fixture
