@@ -14,8 +14,6 @@ kept, the ATE is against the optimum of the graph without outliers.
     python -m benchmarks.graduated --only M3500/30
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable

@@ -8,8 +8,6 @@ chordal start, the pattern known; the set-up, which finds it, and that start sta
     python -m benchmarks.growth --out chapters/data/growth.csv
 """
 
-from __future__ import annotations
-
 import argparse
 import multiprocessing
 import os

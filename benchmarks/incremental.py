@@ -9,8 +9,6 @@ iSAM2 factorises by QR, because with its default Cholesky it stops at pose 695.
     python -m benchmarks.incremental --every 250
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import time

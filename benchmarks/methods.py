@@ -8,8 +8,6 @@ To enter a method, write a function (problem, threshold, start) -> poses under `
 its name. ``python -m benchmarks.sweep`` then runs it, and it alone, on every graph.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

@@ -12,8 +12,6 @@ of `answer.precise`. Outliers that it keeps are counted and left in. Of a map wh
     python -m benchmarks.nees --runs 1000 --seed 1000
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import time

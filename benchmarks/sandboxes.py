@@ -6,18 +6,18 @@ by the clock. What the README of the grader says of this channel is what this pr
     python -m benchmarks.sandboxes --sandbox fork
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from robust_slam_autograder.executor.budget import Meter
-from robust_slam_autograder.executor.session import Program, Session
-from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.executor.session import Session
+from robust_slam_autograder.reading.assignment import Assignment, Config, Piece, Solution
+from robust_slam_autograder.reading.assignment import Assignment, Config, Limits, Piece, Solution
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox
 
 SLOTS = (0.1, 0.05, 0.025, 0.0125)
@@ -74,8 +74,19 @@ def rate(wall: Sandbox, slot: float) -> tuple[float, float]:
 
 
 def _started(wall: Sandbox) -> Session:
-    program = Program((), [Piece("cell", CODE, own=False)], ("send", "receive"), ())
-    session = Session(wall, program, Limits(300, 300, 900), Meter().start(900))
+    assignment = Assignment(
+        name="",
+        path=Path(),
+        setup=(),
+        imports=(),
+        libraries=(),
+        solutions=(Solution("", ("send", "receive")),),
+        cases=(),
+        config=Config(limits=Limits(300, 300, 900)),
+        given=frozenset(),
+        marked=(),
+    )
+    session = Session(wall, assignment, [Piece("cell", CODE, own=False)], Meter().start(900))
     session.begin()
     return session
 

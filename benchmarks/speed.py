@@ -15,8 +15,6 @@ to 1e-8.
     python -m benchmarks.speed --only gn/intel
 """
 
-from __future__ import annotations
-
 import argparse
 import gc
 import os

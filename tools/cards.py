@@ -5,8 +5,6 @@ ideas ask for their formulas. Nothing is written twice: a row that changes is a 
 and keeps what Anki knows about it as long as its front stays.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterator, Sequence

@@ -8,8 +8,6 @@ itself. The licence of Source Sans and Source Serif reserves their name for the 
 pages call them otherwise.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import logging

@@ -5,8 +5,6 @@ follows the command's last one; elsewhere a line appears every half minute. Wher
 fails, its errors and warnings and the end of the log are shown, and the exit status is its own.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

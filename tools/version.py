@@ -4,8 +4,6 @@ It is in the three distributions, in ``CITATION.cff`` and, as the heading of wha
 in ``CHANGELOG.md``. Without a number it prints the present one.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from datetime import date

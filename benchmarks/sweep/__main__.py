@@ -8,8 +8,6 @@ there. The methods that each row is compared with are always run.
     python -m benchmarks.sweep --jobs 2
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path

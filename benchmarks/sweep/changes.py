@@ -4,8 +4,6 @@ Source: the families of wrong claims and of odometry are derived here; outliers 
 Latif, Cadena and Neira 2013 are slips.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -11,8 +11,6 @@ In the ``CONTROLS`` nothing wrong agrees: a good map needs no doubt there.
 Source: derived here; slips and trackers that restart as users of RTAB-Map and Isaac ROS met them.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import accumulate
 

@@ -15,8 +15,6 @@ wrong ones; all others add outliers, so that 90 % are nine for each correct clos
 - G to J: contests about a part of the map (``contests``), for a few methods.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field

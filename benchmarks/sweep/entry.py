@@ -13,8 +13,6 @@ Where the library's solver and the correct edges alone have not been run in thes
 run as well, because every map is compared with theirs.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 from collections.abc import Iterator, Sequence

@@ -3,8 +3,6 @@
 A line counts when it is whole and of the sweep as it is defined now.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path

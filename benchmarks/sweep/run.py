@@ -4,8 +4,6 @@ A limit in the process that works would not do: a solver in compiled code hears 
 is done.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import resource
 import signal

@@ -5,8 +5,6 @@ ignores, and prints the hash for ``HASH``. Once the version is scored, the file 
 ``opened.txt`` beside this module, so that everybody can check the hash and run the same worlds.
 """
 
-from __future__ import annotations
-
 import hashlib
 import secrets
 from pathlib import Path

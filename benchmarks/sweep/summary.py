@@ -15,8 +15,6 @@ without the journal of all others can add a method. ``kept`` in the header names
 won and lost, and their times, are beside the runs of then.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

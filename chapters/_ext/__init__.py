@@ -1,7 +1,5 @@
 """What the site has beyond jupyter-book; ``_config.yml`` lists these modules."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader

@@ -7,8 +7,6 @@ makes, and its bar says what it holds. It is in sight once the link to a chapter
 followed, and from the start where a cell has the tag ``to-change``: the text asks for a change.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 from dataclasses import dataclass

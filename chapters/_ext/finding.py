@@ -7,8 +7,6 @@ address is that of the public repository's pages, where _config.yml gives the si
 without any, a page still has its title and description. ``chapters/_templates`` writes them.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -6,8 +6,6 @@ formulas; those that the cells of the book show, between ``\(`` and ``\)`` in th
 here.
 """
 
-from __future__ import annotations
-
 import functools
 import html
 import re

@@ -5,8 +5,6 @@ that ``tools/fonts.py`` has prepared, and ``chapters/_templates/layout.html`` li
 that come of it.
 """
 
-from __future__ import annotations
-
 import base64
 import re
 from collections.abc import Iterable, Iterator

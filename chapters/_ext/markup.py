@@ -10,8 +10,6 @@ its chapters, and in the cell of the idea a name and, after a ``<br>``, a formul
 is named it is the one in the heading, and there the symbols have the course's colours.
 """
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -13,8 +13,6 @@
 - Docstrings are text for readers of the code, in which |u| is a size and a colon no end of a type.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -8,8 +8,6 @@
   the book. Elsewhere there are none, and what a page says of them is left out.
 """
 
-from __future__ import annotations
-
 import posixpath
 import shutil
 from pathlib import Path

@@ -7,8 +7,6 @@ the words of the page, its list of goals, the questions on the front page, and t
 A page that quotes a chapter's time writes {minutes}`00-one-lie`.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 from pathlib import PurePosixPath

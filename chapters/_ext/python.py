@@ -7,8 +7,6 @@ code, the editor, and Python. Without the runtime chapters are as they were, and
 form stands the command that does the same.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import shutil

@@ -5,8 +5,6 @@ the next. Each answer holds what the page draws and the sentences that it shows;
 cannot be read it is the ``problem``, with the lines around it.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

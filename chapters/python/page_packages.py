@@ -4,8 +4,6 @@ Pyodide's own loader unpacks packages whole, and starts all their libraries, of 
 110, before the first line runs. In a worker libraries can start when Python imports them.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import os

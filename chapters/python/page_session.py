@@ -4,8 +4,6 @@ The page needs little of a notebook: the value of the last line, ``display``, fi
 errors to read. IPython would be another 5 MB to load.
 """
 
-from __future__ import annotations
-
 import ast
 import base64
 import builtins

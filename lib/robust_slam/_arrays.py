@@ -1,7 +1,5 @@
 """Array types of the library and the checks on every input."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import TypeAlias
 

@@ -1,7 +1,5 @@
 """Short names of a package, loaded when first used, and where a name is that it lacks."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import sys

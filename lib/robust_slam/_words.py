@@ -1,7 +1,5 @@
 """Numbers with their noun, for messages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 

@@ -1,7 +1,5 @@
 """The command ``robust-slam``: a map from a file of a pose graph."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import logging

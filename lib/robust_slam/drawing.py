@@ -4,8 +4,6 @@ The path is a thick line, a closure a thin one, a wrong closure dashed, the trut
 wrong decision has a marker at its middle: so colour is never the only sign.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 

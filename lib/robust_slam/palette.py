@@ -3,8 +3,6 @@
 The colours are those of ``colours.toml`` beside this file, the one place to change them.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from importlib.resources import files

@@ -5,8 +5,6 @@ Each computes whitened residual norms at an x and solves for x with given weight
 Source: Gauss 1809, weighted least squares.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """How a long computation shows where it is: a bar, a function, and the log."""
 
-from __future__ import annotations
-
 import logging
 import sys
 from collections.abc import Callable, Iterator

@@ -1,5 +1,8 @@
 """The methods of the sweep, and their budget."""
 
+import importlib
+from pathlib import Path
+
 import numpy as np
 import pytest
 from robust_slam.estimators import chi_square_threshold, gnc
@@ -51,3 +54,11 @@ def test_a_spent_budget_leaves_the_map_as_it_is(monkeypatch, problem):
     assert count.solves == 7
     assert np.array_equal(result.x, result.history[7].x)
     assert not np.array_equal(result.x, result.history[6].x)
+
+
+def test_every_benchmark_can_be_imported():
+    """Some take minutes, and are run by hand alone."""
+    names = [path.stem for path in Path(methods.__file__).parent.glob("*.py")]
+    assert "sandboxes" in names
+    for name in names:
+        importlib.import_module(f"benchmarks.{name}")

@@ -1,7 +1,5 @@
 """Tables that are computed once for the book's pictures and kept in the repository."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

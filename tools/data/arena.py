@@ -4,8 +4,6 @@ python -m tools.data.arena
 python -m tools.data.arena --out lib/course/robust_slam_course/pictures/arena.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -15,8 +15,6 @@ draws them: a town is told by the steps between every second pose, each a letter
 y, and in the place of a good map, which looks like its town, there are no letters.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 import dataclasses

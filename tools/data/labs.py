@@ -4,8 +4,6 @@ python -m tools.data.labs
 python -m tools.data.labs --out lib/course/robust_slam_course/pictures/labs.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``python -m tools.print`` prints the built book, ``build/robust-slam-a4.pdf``; or ``letter``."""
 
-from __future__ import annotations
-
 import logging
 import shutil
 import sys

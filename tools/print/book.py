@@ -4,8 +4,6 @@ Ids get the name of their page, so that links between pages become links in the 
 the number of the page to which it leads.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence

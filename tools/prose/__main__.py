@@ -1,7 +1,5 @@
 """Prints each finding with its place; ends with status 1 if there is one."""
 
-from __future__ import annotations
-
 import sys
 
 from tools.prose.check import ROOT, findings

@@ -1,7 +1,5 @@
 """Which files are read, and by which of the two checks."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterator

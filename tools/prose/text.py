@@ -3,8 +3,6 @@
 Everything that is no prose gives way to ``·`` or to an empty line, so that line numbers stay.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import json

@@ -1,7 +1,5 @@
 """``python -m tools.runtime`` fills ``build/runtime``."""
 
-from __future__ import annotations
-
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor

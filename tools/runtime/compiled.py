@@ -4,8 +4,6 @@ Compiling them takes more of a page's time than loading them: 1.4 s of the 2.2 s
 starts, and half of what an import of SciPy or Matplotlib takes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 import tempfile

@@ -1,7 +1,5 @@
 """The editor of the pages: CodeMirror with Python, and marked, as one file for the browser."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

@@ -1,7 +1,5 @@
 """The assignments in JupyterLab in the browser: a static site, made by JupyterLite."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

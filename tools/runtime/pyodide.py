@@ -1,7 +1,5 @@
 """Pyodide's files: taken from a folder or downloaded, and each one verified."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 All are made from what is installed, at the versions that the lock file pins: no network is needed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

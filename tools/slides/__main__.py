@@ -1,7 +1,5 @@
 """``python -m tools.slides`` writes a deck for each chapter into the built site."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

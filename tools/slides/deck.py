@@ -3,8 +3,6 @@
 The page is the source, so formulas, figures and live pictures stand on a slide as in the book.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import re

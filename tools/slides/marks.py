@@ -13,8 +13,6 @@ A cell's metadata may hold ``slides``, a list with one entry for each slide:
 - ``notes`` and ``minutes``: for the lecturer alone.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ A stage fails in the measurements (``FAULTS``), in place recognition, or in a pa
 that is left out or misled. Each outcome has the map, and the closures that every later stage left.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from functools import cache

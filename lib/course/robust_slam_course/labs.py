@@ -1,7 +1,5 @@
 """The maps of the labs: closures that arrive one at a time, a ring, towns with look-alikes."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterable
 from functools import cache

@@ -14,8 +14,6 @@ certificate; in this order as in the SLAM Handbook 2026, chapter 3; that TLS dec
 closures is derived here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -8,8 +8,6 @@ aloud. Text is plain, with $math$, *emphasis* and `code`.
 A picture asks one such question at its head, a prediction, which folds when it is answered.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -10,8 +10,6 @@ Source: Cummins and Newman 2008 for places as words that are seen with some prob
 perceptual aliasing; the town is derived here.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ A line that begins with # is an entry of the header, ``# name: value`` with a va
 The other lines are CSV, a row for each graph, kind of outliers, rate and method.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Checks of what a chapter's text says about the data that the chapter hands out."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

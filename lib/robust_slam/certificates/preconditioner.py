@@ -12,8 +12,6 @@ Source: Rosen et al. 2019, "SE-Sync", section 5.1, a Cholesky factor of M as pre
 the levels of θ are derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

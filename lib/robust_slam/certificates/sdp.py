@@ -18,8 +18,6 @@ positive semidefinite at an optimum, with 0 as an eigenvalue at least d times: t
 Source: Rosen et al. 2019, "SE-Sync", Problem 7 and Theorem 7.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from types import ModuleType
 

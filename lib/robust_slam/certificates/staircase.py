@@ -9,8 +9,6 @@ Source: Boumal, Voroninski and Bandeira 2016, the staircase; Rosen et al. 2019, 
 and Proposition 3, on pose graphs.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 

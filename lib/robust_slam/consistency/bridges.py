@@ -8,8 +8,6 @@ Source: Mangelson et al. 2018 for the sets of consistent closures between two ro
 choice of a tree is derived here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

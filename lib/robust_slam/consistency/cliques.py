@@ -15,8 +15,6 @@ Source: Tomita and Seki 2003, branch and bound with a greedy colouring; San Segu
 for independent sets, which are the cliques of the complement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice

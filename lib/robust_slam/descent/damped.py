@@ -6,8 +6,6 @@ The damping grows after a rejected step and shrinks after a good one.
 Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, its update by the gain ratio.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -7,8 +7,6 @@ poses has their blocks and those between them. One factorisation of H gives any 
 Source: Kaess and Dellaert 2009, "Covariance recovery from a square root information matrix".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

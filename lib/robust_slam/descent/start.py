@@ -5,8 +5,6 @@ they distort least squares; ``graphs.odometry.spanning_tree`` uses closures only
 poses that the odometry does not reach.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -3,8 +3,6 @@
 Source: Dennis and Schnabel 1983; Nielsen 1999 for the damping.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

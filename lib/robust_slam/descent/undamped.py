@@ -5,8 +5,6 @@ A step that would increase the cost is halved until it does not, however far the
 Source: Dennis and Schnabel 1983, section 10.2, the damped Gauss–Newton method.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

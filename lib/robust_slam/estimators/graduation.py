@@ -21,8 +21,6 @@ Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception
 (14) and Remark 5; Black and Rangarajan 1996 for the outlier processes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, sqrt

@@ -9,8 +9,6 @@ A new kernel needs a constructor and one line in ``KERNELS``. The tests cover ev
 there, and figures take its line style from its position there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf, sqrt

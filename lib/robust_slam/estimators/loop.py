@@ -7,8 +7,6 @@ the rule alone, and problems do not depend on rules.
 Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import inf
 from typing import Protocol, TypeVar

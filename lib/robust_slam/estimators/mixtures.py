@@ -13,8 +13,6 @@ Source: Olson and Agarwal 2013, "Inference on networks of mixtures for robust ro
 mapping", the max-mixture density and its null hypothesis, two modes with the same mean.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import log, sqrt
 from typing import TypeVar

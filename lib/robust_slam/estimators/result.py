@@ -1,7 +1,5 @@
 """The result of a robust solve: the solution, the reason for stopping, and every step."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum

@@ -5,8 +5,6 @@ Residual norms and weights are ``(k,)``, one for each untrusted measurement.
 Source: Holland and Welsch 1977, iteratively reweighted least squares.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf

@@ -14,8 +14,6 @@ form optimises poses and switches together, as the paper does.
 Source: Sünderhauf and Protzel 2012, "Switchable constraints for robust pose graph SLAM".
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """The threshold on a residual norm, from the probability that an inlier passes it."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from scipy.special import gammaincinv

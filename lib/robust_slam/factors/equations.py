@@ -7,8 +7,6 @@ landmark whose factors have weight 0, has an empty row; a 1 on its diagonal keep
 Source: Grisetti et al. 2010, the sparse blocks; Marquardt 1963 and Nielsen 1999, the damping.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from robust_slam._arrays import Array, times

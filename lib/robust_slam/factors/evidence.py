@@ -9,8 +9,6 @@ Source: Laplace 1774, as in MacKay 2003, chapter 28, for the integral over the m
 of an outlier and of a landmark are derived here.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from robust_slam._arrays import Array, Mask

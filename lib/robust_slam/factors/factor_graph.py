@@ -8,8 +8,6 @@ pose without rotation.
 Source: Dellaert and Kaess 2017, "Factor graphs for robot perception".
 """
 
-from __future__ import annotations
-
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import NamedTuple

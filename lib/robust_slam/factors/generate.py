@@ -6,8 +6,6 @@ takes one for another now and then. Here it has GPS too, and buildings reflect s
 Source: derived here; Guivant and Nebot 2001 for the drive in Victoria Park, Sydney.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask, times

@@ -11,8 +11,6 @@ Source: Solà et al. 2018, "A micro Lie theory for state estimation in robotics"
 Dellaert and Kaess 2017, "Factor graphs for robot perception", for the factors.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 

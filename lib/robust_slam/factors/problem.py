@@ -10,8 +10,6 @@ minimised is Σ ρ_ε(u): each factor has its kernel with its own scale.
 Source: Antonante et al. 2022, for the threshold; one for each factor is derived here.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

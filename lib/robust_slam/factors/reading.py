@@ -10,8 +10,6 @@ sensor, whose pose in the frame of the robot is applied: factors are those of th
 Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization".
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

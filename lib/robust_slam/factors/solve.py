@@ -9,8 +9,6 @@ Source: Huber 1964, Agarwal et al. 2013 (DCS) and Yang et al. 2020 (GNC) for the
 combination is derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 Source: Umeyama 1991, the alignment of two sets of points; Holland and Welsch 1977, reweighting.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from robust_slam._arrays import Array, Indices

@@ -7,8 +7,6 @@ of them to the cache. ``make book`` first tries to download the two that the cha
 Source: the data folder of SE-Sync (Rosen et al. 2019), pinned to one commit.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sys

@@ -7,8 +7,6 @@ gives them away are magnitudes that no sensor and no drive has. Each of ``DOUBTS
 Source: derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -25,8 +25,6 @@ likelihood maps using gradient descent", and the page of its program TORO; the m
 ``pyfg_text`` of the program PyFactorGraph.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

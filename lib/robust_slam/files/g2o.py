@@ -16,8 +16,6 @@ library applies the matrix to (translation, rotation vector) unchanged.
 Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization".
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """What a file of a pose graph holds: the graph, its ids, and what was not used of the file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias

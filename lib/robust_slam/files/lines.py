@@ -3,8 +3,6 @@
 Blank lines and comments, which start with ``#``, are passed over.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import secrets

@@ -4,8 +4,6 @@ Source: Higham 1988, Theorem 2.1, and Rosen et al. 2019, the appendix on concent
 for what replaces a matrix; the tests of it are derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal, TypeAlias
 

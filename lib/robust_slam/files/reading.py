@@ -3,8 +3,6 @@
 A public graph is found by its name.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 from collections.abc import Iterator

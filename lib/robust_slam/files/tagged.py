@@ -7,8 +7,6 @@ writes it, and everything that a graph needs is checked here, once.
 Source: Kümmerle et al. 2011, for what such a file holds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -13,8 +13,6 @@ milliseconds, microseconds or nanoseconds.
 Source: Sturm et al. 2012, TUM's format; Geiger et al. 2012, KITTI's; Burri et al. 2016, EuRoC's.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterator, Sequence

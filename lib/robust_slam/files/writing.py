@@ -1,7 +1,5 @@
 """A pose graph as a file, and its edges as columns and rows, for tables and graph libraries."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

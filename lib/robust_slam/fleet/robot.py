@@ -11,8 +11,6 @@ Source: Tian et al. 2022, Kimera-Multi, with a Gauss–Newton step on the block 
 place of a Riemannian one, and a vote of three edges in place of its average of frames.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

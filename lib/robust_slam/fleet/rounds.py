@@ -14,8 +14,6 @@ Source: Tian et al. 2022, Kimera-Multi; Yang et al. 2020, (14) for the weights a
 for the first μ.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import permutations

@@ -4,8 +4,6 @@ Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so at the tr
 residuals are exactly standard normal. The true poses start at the identity; derived here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Maps are poses ``(n, 3)`` in SE(2) or ``(n, 3, 4)`` in SE(3).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -9,8 +9,6 @@ one along the path, and local outliers join poses that are a few steps apart. Al
 consistent with each other and with the odometry; only edges outside the group contradict them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

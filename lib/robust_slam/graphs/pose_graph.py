@@ -7,8 +7,6 @@ Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm, with the information matri
 Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full logarithm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,8 +4,6 @@ Code for both groups takes the module of its poses from ``group_of`` and does no
 coordinates itself.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

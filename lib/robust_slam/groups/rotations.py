@@ -8,8 +8,6 @@ Source: Umeyama 1991, the lemma on the nearest rotation; Absil, Mahony and Sepul
 polar factor; the grid is derived here.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation

@@ -8,8 +8,6 @@ Source: Solà, Deray and Atchuthan 2018, "A micro Lie theory for state estimatio
 robotics", the appendix on SE(2).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -9,8 +9,6 @@ Source: Solà, Deray and Atchuthan 2018, "A micro Lie theory for state estimatio
 robotics", the appendix on SE(3).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation

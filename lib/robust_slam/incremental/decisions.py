@@ -9,8 +9,6 @@ Source: Neira and Tardós 2001 for compatibility, one closure after the other; t
 here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ graph is.
 Source: derived here.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

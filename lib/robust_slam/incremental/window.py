@@ -10,8 +10,6 @@ Source: Kaess and Dellaert 2009 for the columns; Dellaert and Kaess 2017, "Facto
 perception", for the marginal as a prior. That edges are taken out of it again is derived here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,8 +9,6 @@ whether the measurements single these out.
 Source: the SLAM Handbook 2026, chapter 3, for the parts; their combination is derived here.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Never
 

@@ -8,8 +8,6 @@ Source: Geman and McClure 1985, Agarwal et al. 2013 (DCS), Yang et al. 2020 (GNC
 al. 2018 (PCM) for the descents; that they are candidates is derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace

@@ -9,8 +9,6 @@ Source: Laplace 1774, as in MacKay 2003, chapter 28, for the integral over the p
 of an outlier is derived here.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

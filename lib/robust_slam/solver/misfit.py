@@ -9,8 +9,6 @@ Source: Baarda 1968, "A testing procedure for use in geodetic networks", for the
 measurement by what the others leave of it; the sign of closures is derived here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -9,8 +9,6 @@ Source: Helmert 1907 and Förstner 1979 for variance components; Box and Tiao 19
 expected of them; Hutchinson 1990 for the traces from random signs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

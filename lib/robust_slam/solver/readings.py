@@ -8,8 +8,6 @@ given one rejects.
 Source: Mangelson et al. 2018 for closures that agree in pairs; their use is derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 

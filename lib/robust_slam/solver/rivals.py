@@ -11,8 +11,6 @@ comparison by evidence, Baarda 1968 for what the others leave of a measurement; 
 here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

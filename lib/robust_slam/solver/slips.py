@@ -10,8 +10,6 @@ Source: Mangelson et al. 2018 for closures that agree in pairs, MacKay 2003, cha
 comparison by evidence; Latif, Cadena and Neira 2013 for the question; the rest is derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace

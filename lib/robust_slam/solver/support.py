@@ -8,8 +8,6 @@ confirms. So it is false where such a set or such a part exists: ``rivals`` look
 Source: MacKay 2003, chapter 28, for the comparison by evidence; the definition is derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum

@@ -8,8 +8,6 @@ Documentation, comments and indents stay in the modules: they would be more than
 what a page loads.
 """
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from importlib.resources import files

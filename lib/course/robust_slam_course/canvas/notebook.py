@@ -1,7 +1,5 @@
 """Whether a person runs a cell, and how a notebook's widgets are called."""
 
-from __future__ import annotations
-
 from IPython.core.getipython import get_ipython
 
 MIME = "application/vnd.jupyter.widget-view+json"

@@ -1,7 +1,5 @@
 """A matplotlib figure as a small, stable still picture for a page."""
 
-from __future__ import annotations
-
 import io
 import re
 from urllib.parse import quote

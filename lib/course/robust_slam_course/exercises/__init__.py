@@ -5,8 +5,6 @@ same names, and draws what they give dashed or as markers over the truth, which 
 and the library's own. Residuals u are whitened, without unit; x and z share one unit.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any, Concatenate, ParamSpec

@@ -4,8 +4,6 @@ A graph goes to a student's functions as a dict of arrays. ``library_tools`` are
 that the student's pipeline receives.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any

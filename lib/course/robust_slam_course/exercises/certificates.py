@@ -3,8 +3,6 @@
 R ``(d, dn)`` holds the rotations side by side, and the cost is tr(R Q Rᵀ), without ½.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures for assignment 02: three costs, the table for any threshold, convexity, thresholds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

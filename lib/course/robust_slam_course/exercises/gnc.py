@@ -1,7 +1,5 @@
 """Pictures for assignment 05: weights that harden, schedules, and two runs of the loop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

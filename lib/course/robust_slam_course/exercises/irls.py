@@ -1,7 +1,5 @@
 """Pictures for assignment 03: one step, two descents, where no fit exists, a claimed variance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures for assignment 01: influence, weight, where the pulls balance, how a pull ends."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 The spread σ of a measurement is 1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

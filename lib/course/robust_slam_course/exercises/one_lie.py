@@ -1,7 +1,5 @@
 """Pictures for assignment 00: the cost, the normal equations, the map and its strained edges."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

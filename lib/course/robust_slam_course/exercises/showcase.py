@@ -3,8 +3,6 @@
 A graph goes to a student's functions as a dict of arrays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

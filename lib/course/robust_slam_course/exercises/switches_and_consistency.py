@@ -1,7 +1,5 @@
 """Pictures for assignment 06: switches, two modes, sets that agree and pairs that do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ stands in the page itself. The page's style sheet says what the colours are, in 
 dark and on paper, and which of the two drawings there is room for.
 """
 
-from __future__ import annotations
-
 import io
 import os
 

@@ -1,7 +1,5 @@
 """The same figure for a narrow page: its panels stand one below the other."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from itertools import pairwise
 from math import ceil

@@ -5,8 +5,6 @@ nearest of the neutral ones. Names are made from the drawing's content, so that 
 drawings stay apart on a page and the same drawing gives the same bytes.
 """
 
-from __future__ import annotations
-
 import re
 from hashlib import sha256
 from itertools import groupby

@@ -5,8 +5,6 @@ holds all kinds and graphs together; with them tabs choose a kind, chips a graph
 is pointed at or focused says its number as a sentence.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """Pictures of certificates: headings on a ring and the proof that none cost less."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure

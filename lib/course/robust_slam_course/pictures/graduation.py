@@ -1,7 +1,5 @@
 """The picture of chapter 9 that compares starts and methods: the start, or graduation?"""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

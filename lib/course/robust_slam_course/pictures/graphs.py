@@ -1,7 +1,5 @@
 """What several pictures share: pose graphs as data, tables, and the still picture of a map."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """The picture of chapter 2: one reading that moves away, as four kernels see it."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """The pictures of the labs; `tools/data/labs.py` computes what the library decides in them."""
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.estimators import Result, chi_square_threshold, gnc, switchable

@@ -1,7 +1,5 @@
 """Pictures of costs over one number: descents on them, and how GNC sharpens them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The picture of chapter 9: the stages from the odometry to the map, of which one fails."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

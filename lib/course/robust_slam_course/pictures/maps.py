@@ -1,7 +1,5 @@
 """Pictures of a map whose closures the reader moves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of readings that the reader moves: a line, a location, and its cost."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """The picture of robots that share a map."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure

@@ -5,8 +5,6 @@ Colour is never the only sign: what must be told apart differs in line or marker
 function's arrays do not fit each other, it raises ``ValueError``.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from robust_slam._arrays import Array
 

@@ -3,8 +3,6 @@
 A `Curve` is called with u, c and μ, such as `tls_weight` and `tls_surrogate`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 

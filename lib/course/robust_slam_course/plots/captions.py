@@ -5,8 +5,6 @@ follow the numbers. These captions are in the metadata of the output, where the 
 them.
 """
 
-from __future__ import annotations
-
 from IPython.display import display
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure

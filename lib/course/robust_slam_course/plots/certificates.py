@@ -1,7 +1,5 @@
 """Draw the parts of a certificate: eigenvalues, headings on a ring, gaps, and the staircase."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the 1-D chain of poses: odometry along a line, closures as arcs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw which closures agree with which, as a ring and as a table, and ranges that miss a point."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Draw a street corner as a camera sees it: one building that two streets may have."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

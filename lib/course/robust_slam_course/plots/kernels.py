@@ -1,7 +1,5 @@
 """Draw kernels: cost, influence, curvature, their majorisers, and the density of the norm."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from itertools import cycle
 

@@ -1,7 +1,5 @@
 """Draw the minima of a cost: from which starts a descent ends there, and how they come about."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike

@@ -1,7 +1,5 @@
 """Draw a scalar estimate: its readings and their weights, its cost, and how it converges."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the course's picture: a map without an outlier, with it, and with a robust kernel."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

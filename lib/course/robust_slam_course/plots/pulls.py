@@ -1,7 +1,5 @@
 """Draw how hard measurements pull, ψ(u): on a line, and as residuals grow without end."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

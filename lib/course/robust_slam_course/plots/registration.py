@@ -1,7 +1,5 @@
 """Draw two scans of points in space, dots and plus signs, and the matches between them."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike

@@ -1,7 +1,5 @@
 """Draw the maps of several robots, the boundary between them, and the closures they share."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

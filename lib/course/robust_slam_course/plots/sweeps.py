@@ -1,7 +1,5 @@
 """Draw what becomes of errors, of shares of good maps and of costs as something grows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

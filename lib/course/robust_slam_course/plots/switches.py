@@ -1,7 +1,5 @@
 """Draw what a switch costs, and the two modes of a max-mixture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -9,8 +9,6 @@ Source: Davis 2006, "Direct Methods for Sparse Linear Systems", chapters 4 and 7
 elimination tree and minimum degree; Ashcraft and Grimes 1989 for fronts with a few zeros.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ Source: Li 2005, "An overview of SuperLU", for its symmetric mode; Stellato et a
 for QDLDL.
 """
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """``python -m robust_slam_course.pictures.breaking``: what is done with scores of the game."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

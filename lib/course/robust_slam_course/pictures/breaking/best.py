@@ -1,7 +1,5 @@
 """The best attack on each solver in each town, which the picture keeps in ``best.json``."""
 
-from __future__ import annotations
-
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 

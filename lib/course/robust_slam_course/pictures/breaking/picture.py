@@ -1,7 +1,5 @@
 """The picture of the game: its words, its first state and its data."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from robust_slam_course.canvas.picture import Picture

@@ -11,8 +11,6 @@ offset (m), and how many closures there are. The picture writes it, and the comm
 this folder replays it.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A class's scores, replayed, as a table: whatever students hand in."""
 
-from __future__ import annotations
-
 import csv
 import os
 import re
