@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Session
-from robust_slam_autograder.reading.assignment import Assignment, Config, Piece, Solution
 from robust_slam_autograder.reading.assignment import Assignment, Config, Limits, Piece, Solution
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox
 
