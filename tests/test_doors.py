@@ -84,7 +84,7 @@ def test_make_clean_refuses_to_delete_results_of_the_old_layout(course):
 
 @pytest.mark.parametrize(
     ("goal", "made"),
-    [("grade-sample", "build/sample/.submitted"), ("build/shown/.pages", ".venv/.ready")],
+    [("grade-sample", "build/sample/.submitted"), ("build/shown/.pages", "build/.misconceptions")],
 )
 def test_the_sample_classes_reach_no_shared_gradebook(course, goal, made):
     """Were its address not emptied, the sample's marks would stand among real ones."""

@@ -90,7 +90,7 @@ def test_a_picture_has_its_states_and_the_width_of_the_text(printed, open_page, 
     assert picture.locator(".rs-paper figure svg").count() == 2 > picture.locator("img").count()
     widths = "all => Math.max(...all.map((each) => each.getBoundingClientRect().width))"
     wide = page.locator(".rs-picture").evaluate_all(widths)
-    assert wide == page.locator("section > p").evaluate_all(widths)
+    assert wide == page.locator(".page:has(.rs-picture) section > p").evaluate_all(widths)
 
 
 def flat(outline: list[object]) -> list[object]:

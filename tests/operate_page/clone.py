@@ -56,6 +56,7 @@ def lend_book(folder: Path, *, pages: bool) -> None:
     for part in _MADE:
         shutil.copytree(ROOT / part, folder / part)
     (folder / "build" / "shown").mkdir()
+    (folder / "build" / ".misconceptions").touch()
     (folder / "build" / "shown" / ".pages").touch()
     if pages:
         builder = folder / ".venv" / "bin" / "jupyter-book"

@@ -140,7 +140,7 @@ class TestPostgresIsStrict:
         long = "ä" * 50 + "x" * (MAX_NAME - 50)
         value = toy.source_notebook()
         value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = f"double-{'r' * (MAX_NAME - 7)}"
-        tests = replace(toy.assignment(value=value), name=long, notebook=long)
+        tests = replace(toy.assignment(value=value), name=long, path=Path(long, f"{long}.ipynb"))
         gradebook.record(shared, [tests], [marked(long, FULL, tests)])
         assert totals.read(shared, long).students[long].score == 20
 
