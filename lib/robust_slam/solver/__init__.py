@@ -168,16 +168,16 @@ def solve(
             graph, x0, given, trusted, threshold, find_noise, tell, until, entropy, none
         )
         candidates = search.candidates()
-        best = search.refined(max(candidates, key=evidence_of))
+        first = best = search.refined(max(candidates, key=evidence_of))
         tell("slips of the odometry are looked for")
         agreement = compared(search, best)
         search, best = find_slips(search, best, agreement)
-        slipped = bool(np.any(search.slips))
-        if slipped:
+        if best is not first:
             candidates.append(best)
             best = search.refined(best)
+            agreement = compared(search, best)
         tell("rivals are looked for")
-        found = list(contests(search, best, None if slipped else agreement))
+        found = list(contests(search, best, agreement))
         search, best, found = unbeaten(search, best, found)
         candidates.extend([best] if best.name == "rival" else [])
         judgement = judge_support(search, best, found)
