@@ -77,7 +77,7 @@ def test_the_protocol_is_that_of_the_sweep():
     assert GROUP == 5
     assert "five in a row that share one error" in text
     assert {plan.seeds for plan in PLANS.values()} == {3, 5}
-    assert "A cell holds only three or five runs" in CHAPTER.text
+    assert "holds only three or five runs" in CHAPTER.text
     there = " ".join(SWEEP.cells["larger"].split())
     assert "Each has 45 correct closures" in there
     assert f"in {sum(1 for _ in worlds('A'))} worlds" in there
