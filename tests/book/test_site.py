@@ -19,8 +19,8 @@ from chapters._ext import notebooks
 from tests.book.built_site import ROOT
 from tests.book.conftest import BELOW, PAGES, TITLE, Site
 
-# The public course has the release in place of the instructor's sources.
 VERSION = wheels.version(ROOT, "lib")
+# The public course has the release in place of the instructor's sources.
 ASSIGNMENTS = ROOT / ("solutions" if (ROOT / "solutions").is_dir() else "assignments")
 
 

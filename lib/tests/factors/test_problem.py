@@ -190,7 +190,7 @@ PAIR = np.array([[0, 50], [1, 50]])
     (("ranges", [[0, 0]], [1.0], 1.0), "ranges.nodes: entry 0 joins a node to itself"),
     (("ranges", PAIR, [1.0, -1.0], 1.0), "ranges.measurement: entry 1 is negative"),
     (("landmarks", -1), "landmarks is -1"),
-    (("landmarks", 90), r"landmark \d+, node \d+, is in no factor \(\d+ are in none\)"),
+    (("landmarks", 90), r"landmarks: landmark \d+, node \d+, is in no factor \(\d+ are in none\)"),
 )
 def test_a_bad_factor_or_number_is_refused_by_name(wrong, message):
     kind, *given = wrong
