@@ -26,6 +26,7 @@ from .. import toy
 from ..as_user import ROOT
 from . import catalogue, leaks, verdict
 from .catalogue import BASELINES
+from .cells import TAGS
 from .entry import Entry, Place
 from .target import Target, load
 
@@ -47,7 +48,7 @@ SHARED = {
     "free-blocks": "how full the machine is",
 }
 """Words of attacks that reach what all sandboxes share, in which one could leave a message."""
-WORDS = ("<each>", "<end>", "<reference>", "<pipe>", "NAME", "RIGHT", "WITHHELD", "OWNER")
+WORDS = (*TAGS, "NAME", "RIGHT", "WITHHELD", "OWNER")
 """Words of templates."""
 NEARBY = ("/tmp", "/var/tmp", "/dev/shm", "~", ".")
 """Folders beside the batch in which an attack's files would be found by its mark."""
