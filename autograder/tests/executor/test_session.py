@@ -5,11 +5,7 @@ from collections.abc import Callable
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.executor.session import (
-    SessionFault,
-    StudentError,
-    student_error,
-)
+from robust_slam_autograder.executor.session import SessionFault, StudentError, student_error
 from robust_slam_autograder.protocol.channel import RaisedThere
 from robust_slam_autograder.reading.assignment import Limits
 from robust_slam_autograder.sandbox import Unsandboxed

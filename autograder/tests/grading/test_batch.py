@@ -15,15 +15,7 @@ from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from .. import toy
-from .course import (
-    GUESS,
-    grade,
-    jobs,
-    leave,
-    make_course,
-    marks,
-    same_but_for_time,
-)
+from .course import GUESS, grade, jobs, leave, make_course, marks, same_but_for_time
 from .disks import full_disk
 
 RANDOM = """

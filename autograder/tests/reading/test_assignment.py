@@ -113,11 +113,7 @@ def test_a_configuration_that_cannot_be_used_names_the_key(tmp_path, text, sente
 @pytest.mark.parametrize(
     ("table", "lost", "told"),
     [
-        (
-            "[sections]\ndoubel = 'Heading'",
-            "",
-            "names 'doubel'; the exercises are double, apply",
-        ),
+        ("[sections]\ndoubel = 'Heading'", "", "names 'doubel'; the exercises are double, apply"),
         ("[sections]\ndouble = 'A heading'", "def double", "names 'double'; the exercises are d"),
         ("[hints]\ndouble = ['One.']", "def double", f"mark its cells in {toy.NAME}.ipynb again"),
         ("[hints]\ndouble = ['One.', 2]", "", "hints.double.2 has a value of the wrong type (2)"),

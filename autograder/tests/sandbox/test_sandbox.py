@@ -12,12 +12,7 @@ import numpy as np
 import pytest
 from robust_slam_autograder.executor.session import SessionFault
 from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
-from robust_slam_autograder.sandbox import (
-    Fork,
-    Unsandboxed,
-    terms,
-    view,
-)
+from robust_slam_autograder.sandbox import Fork, Unsandboxed, terms, view
 
 from ..as_user import ROOT
 from .probing import LAUNCH, is_private, run
