@@ -150,15 +150,9 @@ def _entries(head: str, text: str) -> Iterator[Entry]:
     sections = dict(zip(pairs[::2], pairs[1::2], strict=True))
     bare = "bare" in flags
     twin = f"{name}-plainly" if "twin" in sections else None
-    yield Entry(
-        name,
-        kind,
-        cast(Bound, bound),
-        in_cell(main, own=sections.get("own", ""), bare=bare),
-        twin=twin,
-        ends=next((flag for flag in ("timeout", "died") if flag in flags), ""),
-        spills="spills" in flags,
-    )
+    write = in_cell(main, own=sections.get("own", ""), bare=bare)
+    ends = next(iter(flags & {"timeout", "died"}), "")
+    yield Entry(name, kind, cast(Bound, bound), write, twin, ends, "spills" in flags)
     if twin:
         yield Entry(twin, "", "any", in_cell(sections["twin"], bare=bare))
 
