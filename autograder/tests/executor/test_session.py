@@ -21,9 +21,8 @@ def begin():
     """Begins sessions whose cells define f, g, make and value."""
     names = ("f", "g", "make", "value")
     with contextlib.ExitStack() as stack:
-        yield lambda *cells, limits=QUICK, **options: stack.enter_context(
-            started(*cells, limits=limits, names=names, **options)
-        )
+        settings = {"limits": QUICK, "names": names}
+        yield lambda *cells, **more: stack.enter_context(started(*cells, **settings | more))
 
 
 def fault_of(call: Callable[[], object]) -> str:
