@@ -98,10 +98,8 @@ def _places(
         raise WrongUse(f"--column {min(unknown)}=…: there is no mark of {min(unknown)}.")
     taken: dict[int, str] = {}
     for column in ledger.columns:
-        if column.name in named:
-            place: int | None = people.column(named[column.name], "--column")
-        else:
-            place = systems.find(system, people, column)
+        said = named.get(column.name)
+        place = people.column(said, "--column") if said else systems.find(system, people, column)
         if place in taken:
             both = f"{taken[place]} and {column.name} are both {people.header[place]!r}"
             raise WrongUse(f"{both}: say --column {column.name}=HEADER.")
@@ -115,10 +113,7 @@ def _tell(rules: Rules | None, matched: Matching, values: Values, *, zero: bool)
     every = (mark for column in columns for mark in column.marks.values())
     if rules is not None or any(mark.before != mark.after for mark in every):
         print(exported.late_table(columns, rules))
-    new = [column.name for column in columns if column.name not in values.places]
-    if new:
-        print(
-            f"new columns, because the roster has none for them: {', '.join(new)}", file=sys.stderr
-        )
+    if new := ", ".join(one.name for one in columns if one.name not in values.places):
+        print(f"new columns, because the roster has none for them: {new}", file=sys.stderr)
     for line in exported.remarks(matched, rules=rules, zero=zero):
         print(line, file=sys.stderr)

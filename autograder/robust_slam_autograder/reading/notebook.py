@@ -23,6 +23,7 @@ MAX_CELLS = 500
 MAX_VALUES = 1_000_000
 """Each value of the JSON may take some 200 bytes of memory, though it is two bytes long."""
 MAX_NAME = 80
+_CLEAR = "clear its outputs and save it again"
 _UNREADABLE = {UnicodeDecodeError: "not UTF-8 text", RecursionError: "nested too deeply"}
 _VERSION = re.compile(r"(\d{1,3})\.(\d{1,3})\b")
 
@@ -90,8 +91,7 @@ def read_bytes(path: Path) -> bytes:
     if not is_plain:
         raise Refused(f"{name} is not a regular file: hand in the notebook itself.")
     if len(data) > MAX_BYTES:
-        fix = "clear its outputs and save it again"
-        raise Refused(f"{name} is larger than {MAX_BYTES // 2**20} MiB: {fix}.")
+        raise Refused(f"{name} is larger than {MAX_BYTES // 2**20} MiB: {_CLEAR}.")
     return data
 
 
@@ -130,8 +130,7 @@ def parse(data: bytes, name: str) -> Notebook:
 
 def _json_object(data: bytes, name: str) -> dict[str, Any]:
     if sum(data.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
-        fix = "clear its outputs and save it again"
-        raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {fix}.")
+        raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {_CLEAR}.")
     try:
         # As a float, for an integer of many digits is an error, or slow.
         value = json.loads(data.decode("utf-8-sig"), parse_int=float)
@@ -155,8 +154,7 @@ def _cell(cell: object, position: int, name: str) -> Cell:
     try:
         source.encode()
     except UnicodeEncodeError as error:
-        fix = "delete that character"
-        raise Refused(f"Cell {position} of {name} holds half a character: {fix}.") from error
+        raise Refused(f"Cell {position} of {name} holds half a character: delete it.") from error
     source = source.replace("\r\n", "\n").replace("\r", "\n")
     return Cell(kind=cell["cell_type"], source=source, **_nbgrader_metadata(cell))
 

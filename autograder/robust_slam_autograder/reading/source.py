@@ -224,12 +224,8 @@ def _bound_by(node: ast.stmt) -> list[str]:
                 names += [(alias.asname or alias.name).split(".")[0] for alias in node.names]
             case ast.Assign() | ast.AnnAssign():
                 targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-                stored = (part for target in targets for part in ast.walk(target))
-                names += [
-                    n.id
-                    for n in stored
-                    if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-                ]
+                used = (n for one in targets for n in ast.walk(one) if isinstance(n, ast.Name))
+                names += [name.id for name in used if isinstance(name.ctx, ast.Store)]
             case ast.If() | ast.Try():
                 # Such as: try one import, except take another.
                 handled = [part for one in getattr(node, "handlers", ()) for part in one.body]

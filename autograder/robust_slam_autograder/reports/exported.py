@@ -65,18 +65,15 @@ def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[
     for column in ledger.columns:
         for student, why in sorted(column.undated.items()):
             yield f"{one_line(student)}/{column.name} has no mark: {log_line(why)}"
-        absent = matching.absent(column)
         what = "0" if zero else "left as the roster has it"
         if zero and (why := matching.unclear(column)):
             what = f"no 0 either, for {why}"
-        if absent:
+        if absent := matching.absent(column):
             yield f"no submission of {column.name}, {what}: {_listed(absent)}"
-        waiting = sorted(student for student, mark in column.marks.items() if mark.waits)
-        if waiting:
+        if waiting := sorted(student for student, mark in column.marks.items() if mark.waits):
             yield f"{column.name} waits for a person's marks: {_listed(waiting)}"
         own = {} if rules is None else rules.extensions.get(column.name, {})
-        unknown = sorted(own.keys() - column.marks.keys() - column.undated.keys())
-        if unknown:
+        if unknown := sorted(own.keys() - column.marks.keys() - column.undated.keys()):
             yield f"an extension for {column.name}, and no mark of theirs: {_listed(unknown)}"
 
 
