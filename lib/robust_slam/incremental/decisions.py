@@ -110,7 +110,9 @@ def agreeing(graph: PoseGraph, among: Mask, new: Mask, threshold: float) -> Mask
     Source: Mangelson et al. 2018 for the agreement of pairs.
     """
     ends = np.sort(graph.edges, axis=1)
-    near = among & np.any(np.abs(ends[:, None] - ends[new]).max(axis=2) <= _NEAR, axis=1)
+    near = np.zeros(among.size, dtype=np.bool_)
+    for one in ends[new]:
+        near |= among & np.all(np.abs(ends - one) <= _NEAR, axis=1)
     agreed = np.zeros(among.size, dtype=np.bool_)
     if near.sum() > 1:
         pairs = (pairwise_distances(graph, near, most=threshold) <= threshold) & new[near][:, None]
