@@ -16,7 +16,7 @@ PACKAGES = ROOT / "build" / "slides"
 """Where npm installs reveal.js."""
 LOCK = "package-lock.json"
 TAKEN = ("dist/reveal.css", "dist/reveal.js", "dist/plugin/notes.js", "LICENSE")
-LINK = '<p class="rs-teach"><a href="../{deck}">Teach this chapter</a>: {count} slides</p>'
+LINK = '<p class="rs-teach"><a href="../{deck}">Teach this chapter</a>: {said}</p>'
 
 
 def make(site: Path, reveal: Path) -> list[Path]:
@@ -47,13 +47,14 @@ def make(site: Path, reveal: Path) -> list[Path]:
             continue
         html = page.read_text(encoding="utf-8")
         target = folder / page.name
-        target.write_text(deck(html, f"chapters/{page.stem}", found, course), encoding="utf-8")
+        text, minutes = deck(html, f"chapters/{page.stem}", found, course)
+        target.write_text(text, encoding="utf-8")
         decks.append(target)
+        said = f"{len(found)} slides, about {5 * round(minutes / 5)} minutes"
         if "rs-teach" not in html:
-            link = LINK.format(deck=f"slides/{page.name}", count=len(found))
+            link = LINK.format(deck=f"slides/{page.name}", said=said)
             page.write_text(html.replace("</article>", f"{link}</article>"), encoding="utf-8")
-        minutes = sum(mark.minutes for mark in found)
-        print(f"{target.relative_to(site)}: {len(found)} slides, {minutes:g} minutes")
+        print(f"{target.relative_to(site)}: {said}")
     return decks
 
 

@@ -12,7 +12,7 @@ from html import escape
 from bs4 import BeautifulSoup, Tag
 
 from chapters._ext.look import once
-from tools.slides.marks import BadMark, Mark
+from tools.slides.marks import PAUSES, WORDS, BadMark, Mark
 
 KINDS = {"formula": "div.math", "table": "table", "list": "ul, ol", "box": ".admonition"}
 BLOCKS = "article p, article li, article figcaption"
@@ -43,8 +43,8 @@ PAGE = """<!DOCTYPE html>
 """
 
 
-def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> str:
-    """Return the deck of a page as HTML for the folder ``slides`` of the site.
+def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> tuple[str, float]:
+    """Return the deck of a page as HTML for the folder ``slides``, and its minutes.
 
     Args:
         html: the built page.
@@ -57,7 +57,8 @@ def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> str:
     """
     source = Source(html, page)
     slides = once("\n".join(source.slide(mark, first=not k) for k, mark in enumerate(marks)))
-    return PAGE.format(title=escape(source.title), slides=slides, page=page, course=escape(course))
+    title, course = escape(source.title), escape(course)
+    return PAGE.format(title=title, slides=slides, page=page, course=course), source.minutes
 
 
 class Source:
@@ -80,6 +81,7 @@ class Source:
         ]
         self.title = article.select("h1")[0].get_text()
         self.pictures = 0
+        self.minutes = 0.0
 
     def slide(self, mark: Mark, first: bool) -> str:
         """Return one slide.
@@ -96,7 +98,9 @@ class Source:
         else:
             block = None
             kind, shown = self._of_cell(self._cell(mark), mark)
-        head = f"<h{2 - first}>{escape(mark.title)}</h{2 - first}>"
+        # What answers the slide's question waits for it.
+        waits = ' class="fragment"' if mark.ask or kind == "picture" else ""
+        head = f"<h{2 - first}{waits}>{escape(mark.title)}</h{2 - first}>"
         if mark.ask and kind != "picture":
             head += f'<p class="ask">{escape(mark.ask)}</p>'
         words = [(f"<p>{sentence}</p>", where) for sentence, where in say]
@@ -108,10 +112,11 @@ class Source:
             f'<div class="show" data-prevent-swipe><div>{shown}</div></div>' if shown else "",
             _words(p for p, where in words if over and _place(where) > _place(over)),
         ])  # fmt: skip
-        notes = f"<p>{mark.minutes:g} min</p><p>{escape(mark.notes)}</p>"
+        self.minutes += _minutes(mark, kind)
         return (
             f'<section class="{"first " if first else ""}is-{kind or "words"}">{head}'
-            f'<div class="parts">{shows}</div><aside class="notes">{notes}</aside></section>'
+            f'<div class="parts">{shows}</div>'
+            f'<aside class="notes"><p>{escape(mark.notes)}</p></aside></section>'
         )
 
     def _sentence(self, words: str, mark: Mark) -> tuple[str, Tag]:
@@ -132,7 +137,12 @@ class Source:
         found = [tag for tag in of_kind if (_place(tag) < _place(block)) == back]
         if not found:
             raise BadMark(f"{mark.place}: no {mark.show} on the page")
-        return found[-1 if back else 0]
+        chosen = found[-1 if back else 0]
+        # The sentence that a formula ends on the page is not on the slide.
+        for sign in chosen.select("mo, mi")[-1:] if kind == "formula" else ():
+            if sign.get_text() in (",", "."):
+                sign.decompose()
+        return chosen
 
     def _cell(self, mark: Mark) -> Tag:
         assert mark.code is not None
@@ -157,6 +167,8 @@ class Source:
         kind = "picture" if has(".rs-picture") else "figure" if has("figure") else "code"
         if kind == "picture" and output:
             return kind, self._picture(output, mark)
+        if kind == "figure" and mark.panels:
+            return kind, _panels(output, mark)
         return kind, "".join(str(part) for part in wanted)
 
     def _picture(self, output: Tag, mark: Mark) -> str:
@@ -177,6 +189,39 @@ class Source:
                 part.decompose()
             question.select("legend")[0].string = mark.ask
         return shown.decode_contents()
+
+
+def _panels(output: Tag, mark: Mark) -> str:
+    """Return a figure's panels, each as a drawing of its own without the others.
+
+    Raises:
+        BadMark: the figure does not have so many panels.
+    """
+    drawing = output.select("svg.rs-wide")[0]
+    shown = ""
+    for panel in mark.panels:
+        one = copy.copy(drawing)
+        _, *groups = one.select("g")[0].find_all("g", recursive=False)
+        if not 1 <= panel <= len(groups):
+            raise BadMark(f"{mark.place}: the figure has {len(groups)} panels, and no {panel}")
+        for group in groups[: panel - 1] + groups[panel:]:
+            marks = group.find_all("defs")  # which the other panels draw as well
+            group.clear()
+            group.extend(marks)
+        shown += str(one)
+    return f'<figure><div class="rs-figure panels">{shown}</div></figure>'
+
+
+def _minutes(mark: Mark, kind: str) -> float:
+    """Return how long a slide takes, said and done."""
+    picture = kind == "picture"
+    done = ["drag" if picture else "look"]
+    if mark.ask:
+        done.append("ask")
+    elif picture or kind == "question":
+        done.append("vote")
+    words = " ".join((mark.title, mark.ask, *mark.say, *mark.then, mark.notes)).split()
+    return len(words) / WORDS + sum(PAUSES[each] for each in done)
 
 
 def _sentences(block: Tag) -> Iterator[str]:

@@ -2,15 +2,18 @@
 
 A cell's metadata may hold ``slides``, a list with one entry for each slide:
 
-- ``title`` and ``ask``: the slide's heading, a claim, and the question above what is shown: what a
-  slide says in words that are not the page's;
+- ``title`` and ``ask``: a claim, and the question above what is shown: what a slide says in words
+  that are not the page's. The claim answers the question, so the vote or a key reveals it;
 - ``say``: words of each sentence of the page that stands on the slide;
 - ``then``: the same, for what the next keys reveal, such as the answer to a question;
 - ``show``: what is shown. At a code cell it is ``output`` (where nothing is given), ``code``,
   ``both`` or ``question 2`` of a quiz; at text it is the next ``formula``, ``table``, ``list`` or
   ``box`` after the sentence, or with a minus, as in ``-formula``, the last one before it;
+- ``panels``: the numbers of a figure's panels that are shown, each as large as it can be; the
+  figure's legend counts as its last;
 - ``state``: what differs from the first state of the live picture that is shown;
-- ``notes`` and ``minutes``: for the lecturer alone.
+- ``notes``: for the lecturer alone: the answer, and what to drag;
+- ``after``: the cell after whose slides this one comes, where that is not its own.
 """
 
 import json
@@ -19,7 +22,12 @@ from pathlib import Path
 from typing import Any
 
 KEY = "slides"
-NAMES = {"title", "ask", "say", "then", "show", "state", "notes", "minutes"}
+NAMES = {"title", "ask", "say", "then", "show", "panels", "state", "notes", "after"}
+
+WORDS = 130
+"""Spoken in a minute, those of the slide and of the notes."""
+PAUSES = {"vote": 1.25, "ask": 0.75, "drag": 1.0, "look": 1.0}
+"""Minutes for a vote, a question, a picture to drag, and anything else to look at."""
 
 
 class BadMark(ValueError):
@@ -39,9 +47,9 @@ class Mark:
     show: str
     title: str
     ask: str
+    panels: tuple[int, ...]
     state: dict[str, Any]
     notes: str
-    minutes: float
 
 
 def read(notebook: Path) -> list[Mark]:
@@ -51,13 +59,18 @@ def read(notebook: Path) -> list[Mark]:
         BadMark: an entry has an unknown key, no title, or nothing to say or to show.
     """
     marks, code = [], -1
-    for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    places = {cell["id"]: number for number, cell in enumerate(cells)}
+    for cell in cells:
         is_code = cell["cell_type"] == "code"
         code += is_code
         for entry in cell["metadata"].get(KEY, []):
             place = f"{notebook.name}, cell {cell['id']}"
-            marks.append(_mark(entry, place, code if is_code else None))
-    return marks
+            if (after := entry.get("after", cell["id"])) not in places:
+                raise BadMark(f"{place}: there is no cell {after!r} for it to come `after`")
+            mark = _mark(entry, place, code if is_code else None)
+            marks.append((places[after], "after" in entry, mark))
+    return [mark for *_, mark in sorted(marks, key=lambda each: each[:2])]
 
 
 def _mark(entry: dict[str, Any], place: str, code: int | None) -> Mark:
@@ -70,8 +83,8 @@ def _mark(entry: dict[str, Any], place: str, code: int | None) -> Mark:
     show = entry.get("show", "" if code is None else "output")
     return Mark(
         place, code, _several(entry.get("say")), _several(entry.get("then")), show,
-        entry["title"], entry.get("ask", ""), entry.get("state", {}), entry.get("notes", ""),
-        float(entry.get("minutes", 2)),
+        entry["title"], entry.get("ask", ""), tuple(entry.get("panels", ())),
+        entry.get("state", {}), entry.get("notes", ""),
     )  # fmt: skip
 
 

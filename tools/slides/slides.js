@@ -24,13 +24,54 @@ addEventListener("keydown", (event) => {
   deck[turn]();
 }, true);
 
+// A vote brings the claim. Once the pointer lets go, or a vote is given, the keys are the deck's
+// again; what the Tab key reached keeps its own.
+const free = () => document.activeElement.blur();
+addEventListener("pointerup", () => setTimeout(() => {
+  if (!document.activeElement.matches(":focus-visible, select")) free();
+}));
+addEventListener("change", ({ target }) => {
+  if (!target.closest("form")) return;
+  free();
+  deck.getCurrentSlide().querySelector(":is(h1, h2).fragment:not(.visible)") && deck.nextFragment();
+});
+
 const LARGEST = { "is-picture": 1.6, "is-figure": 2.4, "is-formula": 2.8, "is-table": 2.2 };
 
+const POINT = 4 / 3; // pixels
 const WIDTHS = [780, 980, 1180]; // pixels of words in a box: the one in which they are largest
+
+const LETTER = 0.042; // of a drawing's height, for the last row
+
+// Cuts a drawing's margins off, down to its letters and its axes, by which the rest is clipped.
+function cut(svg) {
+  const { width: whole, height } = svg.viewBox.baseVal;
+  for (const text of svg.querySelectorAll("text, tspan[style]")) {
+    const size = parseFloat(getComputedStyle(text).fontSize);
+    text.style.fontSize = `${Math.max(size, Math.min(1.2 * size, LETTER * height))}px`;
+  }
+  Object.assign(svg.style, { width: `${whole * POINT}px`, maxWidth: "none" });
+  const { left, top, width } = svg.getBoundingClientRect();
+  const scale = whole / width;
+  const boxes = [...svg.querySelectorAll("g > g ~ g :is(text, path, use)")].filter((part) => !part.closest("defs")).map((part) => {
+    const clip = part.closest("[clip-path]")?.getAttribute("clip-path").slice(4, -1);
+    if (clip) return svg.querySelector(`${clip} rect`).getBBox();
+    const box = part.getBoundingClientRect();
+    return new DOMRect(scale * (box.x - left), scale * (box.y - top), scale * box.width, scale * box.height);
+  });
+  const [x, y] = ["x", "y"].map((side) => Math.min(...boxes.map((box) => box[side])));
+  const across = Math.max(...boxes.map((box) => box.x + box.width)) - x;
+  const down = Math.max(...boxes.map((box) => box.y + box.height)) - y;
+  svg.setAttribute("viewBox", `${x} ${y} ${across} ${down}`);
+  Object.assign(svg.style, { width: `${across * POINT}px`, height: `${down * POINT}px` });
+  svg.dataset.cut = "";
+  if (across > 1.5 * down && !svg.previousElementSibling) svg.parentElement.style.flexDirection = "column";
+}
 
 function fit(show) {
   const shown = show.firstElementChild;
   if (!shown.offsetWidth) return;
+  for (const svg of shown.querySelectorAll("figure svg.rs-wide:not([data-cut])")) cut(svg);
   const section = show.closest("section");
   const largest = LARGEST[[...section.classList].find((name) => LARGEST[name])];
   const scaleAt = (width) => {
