@@ -59,6 +59,12 @@ ASKED = """(section) => Math.min(Infinity,
   .map((each) => parseFloat(getComputedStyle(each).fontSize)
     * each.getBoundingClientRect().width / each.offsetWidth))"""
 """The letters of the question on a slide, in pixels."""
+LETTERS = """(section) => Math.min(Infinity,
+  ...[...section.querySelectorAll(".show :is(.rs-stage, figure) svg text")]
+  .filter((each) => each.checkVisibility())
+  .map((each) => [parseFloat(getComputedStyle(each).fontSize), each.getScreenCTM()])
+  .map(([size, { a, b }]) => size * Math.hypot(a, b)))"""
+"""The smallest letters of a figure or a live picture on a slide, in pixels."""
 DRAWN = """new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
   () => requestAnimationFrame(done))))"""
 
@@ -130,7 +136,9 @@ def look_through(address: str, open_page: Opener, viewport: dict[str, int]) -> N
         here = page.locator("section.present")
         assert here.evaluate(BEYOND) == [], f"slide {number + 1}"
         assert here.evaluate(FILLED) >= 0.3, f"slide {number + 1} is mostly white"
-        assert here.evaluate(ASKED) >= 28 * viewport["width"] / 1280, f"slide {number + 1}"
+        unit = viewport["width"] / 1280
+        assert here.evaluate(ASKED) >= 28 * unit, f"slide {number + 1}"
+        assert here.evaluate(LETTERS) >= 22 * unit, f"slide {number + 1}"
         if viewport["height"] == 720:
             assert complaints(page, seen=looks) == set(), f"slide {number + 1}"
         if here.locator(".rs-picture").count():
@@ -187,10 +195,6 @@ def test_a_vote_brings_the_claim_and_the_pointer_gives_the_keys_back(decks, open
     before = slider.input_value()
     page.keyboard.press("ArrowRight")
     assert slider.input_value() != before and page.evaluate("deck.getIndices().h") == 2
-
-
-LETTERS = """(svg) => Math.min(...[...svg.querySelectorAll("text")].map((text) =>
-  parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().a))"""
 
 
 @pytest.mark.parametrize(

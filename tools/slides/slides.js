@@ -36,7 +36,7 @@ addEventListener("change", ({ target }) => {
   deck.getCurrentSlide().querySelector(":is(h1, h2).fragment:not(.visible)") && deck.nextFragment();
 });
 
-const LARGEST = { "is-picture": 1.6, "is-figure": 2.4, "is-formula": 2.8, "is-table": 2.2 };
+const LARGEST = { "is-picture": 1.6, "is-figure": 2.4, "is-formula": 4.5, "is-table": 2.2 };
 
 const POINT = 4 / 3; // pixels
 const WIDTHS = [780, 980, 1180]; // pixels of words in a box: the one in which they are largest
