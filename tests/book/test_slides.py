@@ -193,7 +193,7 @@ def test_a_vote_brings_the_claim_and_the_pointer_gives_the_keys_back(decks, open
     page.keyboard.press("Tab")
     slider.focus()
     before = slider.input_value()
-    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowLeft")
     assert slider.input_value() != before and page.evaluate("deck.getIndices().h") == 2
 
 

@@ -28,7 +28,7 @@ addEventListener("keydown", (event) => {
 // again; what the Tab key reached keeps its own.
 const free = () => document.activeElement.blur();
 addEventListener("pointerup", () => setTimeout(() => {
-  if (!document.activeElement.matches(":focus-visible, select")) free();
+  if (!document.activeElement.matches("select")) free(); // its list is still open
 }));
 addEventListener("change", ({ target }) => {
   if (!target.closest("form")) return;
