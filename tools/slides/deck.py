@@ -44,13 +44,7 @@ PAGE = """<!DOCTYPE html>
 
 
 def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> str:
-    """Return the deck of a page as HTML for the folder ``slides`` of the site.
-
-    Args:
-        html: the built page.
-        page: its name in the site, ``chapters/03-irls``.
-        marks: what to cut out.
-        course: the course's title.
+    """Return the deck of a built page, such as ``chapters/03-irls``, for the folder ``slides``.
 
     Raises:
         BadMark: the page does not have what a mark names.
