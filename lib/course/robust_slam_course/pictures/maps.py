@@ -66,7 +66,8 @@ def cycles() -> Picture:
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
         question=ask(
-            "Without the correct closures, how many of the 99 odometry edges are still bent?",
+            "The wrong closure joins poses 36 and 69. How many of the 99 odometry edges does it"
+            " bend without the correct ones?",
             {
                 "0": "The 33 steps between its ends form a cycle with it, and they contradict it.",
                 "33": "Only the 33 steps between its ends form a cycle with it.",
@@ -218,10 +219,9 @@ def consistency() -> Picture:
             {
                 "none": "PCM only counts: nine that agree outvote eight, whichever of them are"
                 " right.",
-                "one": "With eight against eight both sets are largest, and which one is found is"
-                " arbitrary.",
-                "two": "PCM only counts: eight against eight is undecided, and eight outvote"
-                " seven.",
+                "one": "Eight against eight is a tie: both sets are largest, and which one PCM"
+                " keeps is arbitrary.",
+                "two": "PCM only counts: eight against eight is a tie, and eight outvote seven.",
                 "all nine": "A majority is enough: eight that agree outvote seven.",
             },
             right="two",
