@@ -118,14 +118,13 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  const head = `Readings${width < 420 ? "" : ", pulled to the estimate"}; orange: rejected`;
+  const head = `Readings${width < 420 ? "" : ", pulled to the estimate"}; orange: weight ≤ ½`;
   scene.text("marks", "rows-head", maps.inner.x, y - 8, head, "rs-head");
   scene.text("marks", "weights-head", column, y - 8, "weight", "rs-head");
   scene.path("back", "rows-estimate", "rs-edge is-estimate", `M${maps.toX(x)} ${y}V${y + height}`, 1.5);
   state.z.forEach((reading, k) => {
     const middle = y + (k + 0.5) * row;
     const [at, weight] = [maps.toX(reading), weights[k]];
-    const rejected = result.weights[k] <= 0.5;
     const look = weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost";
     scene.path("lines", `pull-${k}`, look, `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, 1 + 5 * weight);
     scene.path("back", `bar-back-${k}`, "rs-edge is-grid", `M${column} ${middle}h30`, 9);
@@ -134,8 +133,8 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
     scene.text("marks", `weight-${k}`, column + 41, middle + 5, weight.toFixed(3), "rs-tick");
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
-      x: at, y: middle, look: rejected ? "rs-wrong" : "rs-right",
-      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}${rejected ? ", rejected" : ""}`,
+      x: at, y: middle, look: result.weights[k] > 0.5 ? "rs-right" : "rs-wrong",
+      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}`,
       now: reading, least: low.toFixed(1), most: high.toFixed(1), unit: 0.1,
       drag: (px) => move(maps.fromX(px)),
       step: (right, up) => move(reading + 0.1 * (right || up)),
