@@ -144,7 +144,7 @@ function putWrongEnd(scene, map, { data, state, change }) {
     x, y, shape: "diamond", look: "rs-wrong", label: "Wrong closures, moved end",
     text: `pose ${state.place}`, now: state.place, least: 0, most: last,
     drag: (px, py) => move(nearestPose(
-      data.truth, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - data.end) >= 2,
+      data.truth, map.fromX(px), map.fromY(py), state.place, (k) => k <= last && Math.abs(k - data.end) >= 2,
     )),
     step: (right, up) => {
       const to = state.place + (right || up);
