@@ -2,13 +2,16 @@
 
 import json
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
+import numpy as np
 import pytest
+import robust_slam_course.pictures
 from playwright.sync_api import Browser, Locator, expect
-from robust_slam_course.pictures import basins, cycles
+from robust_slam_course.pictures import cycles
 
 from autograder.tests import kernel
 from tests.book.alone import leave_alone
@@ -22,6 +25,7 @@ from tests.book.taking_hold import (
     controls,
     follows,
     handles,
+    middle,
     move,
     pictures,
     reset,
@@ -356,21 +360,67 @@ class TestTown:
             assert picture.locator("figcaption").is_visible()
 
 
-class TestAlone:
-    def test_the_scale_of_a_town_stays_whatever_bends(self, browser):
-        with visiting(browser, "about:blank", **DESK.options) as visit:
-            visit.page.set_content(cycles().static_html())
-            truth = pictures(visit.page)[0].locator("path.is-ghost").first
-            before = truth.get_attribute("d")
-            visit.page.locator("[data-control=correct]").click()
-            seen(pictures(visit.page)[0])
-            assert truth.get_attribute("d") == before
+@pytest.fixture
+def alone(browser):
+    """Open a picture alone, in a state; the visit ends with the test."""
+    with ExitStack() as visits:
 
-    def test_readings_at_the_end_of_the_axis_have_their_minimum_there(self, browser):
-        state = quote(json.dumps({"kernel": "cauchy", "z": [-4, 10]}))
-        with visiting(browser, f"about:blank#basins={state}") as visit:
-            visit.page.set_content(basins().static_html())
-            assert "0 minima" not in words(pictures(visit.page)[0])
+        def show(name: str, **state: object) -> Locator:
+            link = f"about:blank#{name}={quote(json.dumps(state))}"
+            visit = visits.enter_context(visiting(browser, link, **DESK.options))
+            visit.page.set_content(getattr(robust_slam_course.pictures, name)().static_html())
+            return pictures(visit.page)[0]
+
+        yield show
+
+
+class TestAlone:
+    def test_the_scale_of_a_town_stays_whatever_bends(self, alone):
+        picture = alone("cycles")
+        truth = picture.locator("path.is-ghost").first
+        before = truth.get_attribute("d")
+        picture.locator("[data-control=correct]").click()
+        seen(picture)
+        assert truth.get_attribute("d") == before
+
+    def test_the_view_stays_until_the_hand_leaves_the_drawing(self, alone):
+        picture = alone("showcase", place=11)
+        truth = picture.locator("path.is-ghost").first
+        before = truth.get_attribute("d")
+        by_mouse(picture, "place", -1)
+        folded = seen(picture)
+        assert truth.get_attribute("d") == before
+        picture.page.mouse.move(0, 0)
+        assert seen(picture).drawing != folded.drawing and truth.get_attribute("d") != before
+
+    def test_where_the_drive_crosses_itself_a_handle_stays_on_its_visit(self, alone):
+        places = np.reshape(cycles().data["truth"], (-1, 3))[:, :2]
+        apart = np.linalg.norm(places[:, None] - places, axis=2)
+        late = next(k for k in range(40, 98) if (apart[k, : k - 5] < 0.01).any())
+        picture = alone("cycles", wrong=[late, 5])
+        there = middle(picture, "closure-0-0")
+        by_keyboard(picture, "closure-0-0", 1)
+        seen(picture)
+        mouse = picture.page.mouse
+        mouse.move(*middle(picture, "closure-0-0"))
+        mouse.down()
+        mouse.move(*there, steps=12)
+        seen(picture)
+        assert abs(int(picture.evaluate(OF_HANDLE, ["closure-0-0", "valuenow"])) - late) <= 6
+
+    @pytest.mark.parametrize("key", ["offset", "closure-0-0"])
+    def test_of_handles_at_one_place_the_last_one_is_taken_again(self, alone, key):
+        picture = alone("breaking", ends=[2, 9], offset=[-1, 0])
+        assert middle(picture, "offset") == pytest.approx(middle(picture, "closure-0-0"), abs=1)
+        picture.locator(f"[data-handle={key}]").focus()
+        by_mouse(picture, key, 1)
+        assert picture.evaluate("() => document.activeElement.dataset.handle") == key
+
+    def test_an_answer_joins_the_closure_and_changes_nothing_else(self, alone):
+        picture = alone("opening")
+        picture.locator("[data-control=robust]").click()
+        picture.locator(".rs-predict label").first.click()
+        assert seen(picture).caption.startswith("GNC rejects the wrong closure")
 
 
 def states_between(at: str, browser: Browser, motion: str) -> int:

@@ -67,7 +67,7 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
     ["is-outlier", "wrong closure"], ["is-rejected", "rejected"],
   ]);
   const box = { x: 0, y: top, width, height: height - top };
-  const map = fitAround(scene, "map", box, data.truth, result.poses);
+  const map = fitAround(scene, "map", box, data.truth, result.poses, Math.min(56, 0.1 * width));
   for (const layer of ["edges", "drive"]) scene.clip(layer, box);
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   data.edges.forEach((edge, k) => {
