@@ -116,7 +116,7 @@ def test_a_reader_paints_by_hand_what_show_it_shows(name, places, tmp_path, open
     picture = page.locator(".rs-picture")
     if name == "starts":
         picture.locator("[data-control=odometry]").click()
-    picture.locator("[data-handle]").focus()
+    picture.locator("[data-handle]").first.focus()
     for key in ["Home", *["ArrowRight"] * places]:
         page.keyboard.press(key)
         seen(picture)
