@@ -16,14 +16,8 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong", "pairs", "members", "vertices", "words"],
     controls: [
-      {
-        kind: "slider", name: "count", label: "Wrong closures", min: 0, max: MOST_WRONG_CLOSURES, step: 1,
-        text: String,
-      },
-      {
-        kind: "choice", name: "map", label: "Map by",
-        options: [["pcm", "PCM"], ["switches", "switches, λ = γ²"]],
-      },
+      { kind: "slider", name: "count", label: "Wrong closures", min: 0, max: MOST_WRONG_CLOSURES, step: 1, text: String },
+      { kind: "choice", name: "map", label: "Map by", options: [["pcm", "PCM"], ["switches", "switches, λ = γ²"]] },
     ],
     main: ["count"],
     clean: cleanConsistency,

@@ -4,7 +4,7 @@ import { irls } from "../canvas/js/solve/loop.js";
 import { putAxes, putCurve, roundTicks } from "../canvas/js/draw/axes.js";
 import { numberText } from "../canvas/js/draw/number.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
-import { freePlace } from "../canvas/js/draw/labels.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
 import { boundedNumber } from "../canvas/js/draw/link.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
 import { pathThrough } from "../canvas/js/draw/scene.js";
@@ -16,10 +16,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["axes", "springs", "lines", "words"],
     controls: [
-      {
-        kind: "choice", name: "kernel", label: "Kernel",
-        options: Object.keys(kernels).map((name) => [name, kernelText(name)]),
-      },
+      { kind: "choice", name: "kernel", label: "Kernel", options: Object.keys(kernels).map((name) => [name, kernelText(name)]) },
     ],
     main: ["kernel"],
     clean: cleanLeverage,
@@ -45,13 +42,10 @@ function cleanLeverage(state, data) {
   const possible = Math.max(...p) - Math.min(...p) >= 1;
   const next = { ...state, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
   const u = Number(solveLeverage(next, data).residuals[held].toFixed(2));
-  const [low, high] = rangeOf(next, held) ?? [u, u];
-  return { ...next, tried: { ...state.tried, [`${next.kernel} ${held}`]: [Math.min(low, u), Math.max(high, u)] } };
-}
-
-/** The least and the largest residual that reading `k` has had with this kernel. */
-function rangeOf({ kernel, tried }, k) {
-  return tried[`${kernel} ${k}`];
+  // The least and the largest residual that a reading has had with a kernel.
+  const key = `${next.kernel} ${held}`;
+  const [low, high] = state.tried[key] ?? [u, u];
+  return { ...next, tried: { ...state.tried, [key]: [Math.min(low, u), Math.max(high, u)] } };
 }
 
 /** `values` within a range and to a thousandth, with `first` where one is no number. */
@@ -59,8 +53,7 @@ function numbersWithin(values, first, range) {
   return first.map((value, k) => boundedNumber(values[k], range, value, 3));
 }
 
-function solveLeverage(state, { sigma, kernels }) {
-  const { kernel, p, y } = state;
+function solveLeverage({ kernel, p, y, tried }, { sigma, kernels }) {
   const problem = lineProblem(p, y, sigma);
   const options = { tol: 1e-9, maxIterations: 500 };
   // Huber's cost is convex, so that every kernel starts from the same line.
@@ -68,7 +61,7 @@ function solveLeverage(state, { sigma, kernels }) {
   const line = irls(problem, kernel, kernels[kernel], start, options).x;
   const residuals = problem.residuals(line).map((u) => -u); // positive above the line
   const pulls = residuals.map((u) => KERNELS[kernel].psi(u, kernels[kernel]));
-  const had = [...residuals, ...y.flatMap((_, k) => rangeOf(state, k) ?? [])].map((u) => u * sigma);
+  const had = [...residuals, ...y.flatMap((_, k) => tried[`${kernel} ${k}`] ?? [])].map((u) => u * sigma);
   const span = [Math.min(-1.2, ...had), Math.max(3.4, ...had)]; // m
   const top = { squared: Math.max(...span.map(Math.abs)) / sigma, tls: 3 }[kernel] ?? 1.6;
   return { line, residuals, pulls, leverages: lineLeverages(p), span, top };
@@ -87,27 +80,17 @@ function drawLeverage(scene, view) {
 }
 
 function drawWall(scene, box, { state, data, change }, { a, b }) {
+  const top = putLegend(scene, "words", "legend", box.x + 50, box.y, box.width - 50, [["is-estimate", "fit"], ["is-ghost", "true wall"]]);
   const axes = putAxes(
-    scene, "axes", "fit", box,
+    scene, "axes", "fit", { ...box, y: box.y + top, height: box.height - top },
     { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
     { domain: [-0.5, 7.5], label: "distance y (m)", ticks: [0, 2, 4, 6] },
   );
   const [low, high] = [-0.6, 17.6];
   const wall = (p) => data.truth[0] + data.truth[1] * p;
   const line = (p) => a + b * p;
-  const wallLook = { class: "rs-line is-muted", "stroke-dasharray": "1 5" };
-  putCurve(scene, "lines", "wall", axes, [low, high], wall, wallLook, 1);
+  putCurve(scene, "lines", "wall", axes, [low, high], wall, { class: "rs-line is-ghost" }, 1);
   putCurve(scene, "lines", "line", axes, [low, high], line, { class: "rs-line is-estimate" }, 1);
-  const taken = state.y.map((y, k) => [axes.toX(state.p[k]), axes.toY(y)]);
-  for (const [name, height, side] of [["fit", line, Math.sign(line(16) - wall(16)) || 1], ["wall", wall, Math.sign(wall(16) - line(16)) || -1]]) {
-    const places = [16.3, 13.5, 11, 5, 2].map((p) => [axes.toX(p), axes.toY(height(p)) - 16 * side])
-      .filter(([, y]) => y > axes.inner.y + 8 && y < axes.inner.y + axes.inner.height - 8);
-    if (!places.length) continue;
-    const [x, y] = freePlace(places, taken, 28);
-    taken.push([x, y]);
-    const style = `fill: var(--rs-${name === "fit" ? "estimate" : "muted"})`;
-    scene.put("words", `name-${name}`, "text", { class: "rs-halo", x, y: y + 5, "text-anchor": "middle", style }, name);
-  }
   state.y.forEach((y, k) => {
     const [x, from, to] = [axes.toX(state.p[k]), axes.toY(line(state.p[k])), axes.toY(y)];
     const look = isOffWall(state.p[k], y, data) ? "is-outlier" : "is-inlier";
@@ -154,7 +137,7 @@ function drawInfluence(scene, box, { state, result, data }, span, top) {
   const psi = (high) => KERNELS[state.kernel].psi(high / data.sigma, c);
   const above = result.residuals.map((u) => u * data.sigma);
   above.forEach((high, k) => {
-    const range = rangeOf(state, k)?.map((u) => u * data.sigma);
+    const range = state.tried[`${state.kernel} ${k}`]?.map((u) => u * data.sigma);
     if (range) putCurve(scene, "lines", `psi-${k}`, axes, range, psi, { class: "rs-line is-ink" }, 400);
     if (k === state.held) return;
     const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";

@@ -11,10 +11,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
       { kind: "toggle", name: "robust", label: "Reject outliers (GNC)" },
-      {
-        kind: "button", label: "Add a wrong closure", does: addWrongClosure,
-        when: (state) => state.wrong.length < MOST_WRONG,
-      },
+      { kind: "button", label: "Add a wrong closure", does: addWrongClosure, when: (state) => state.wrong.length < MOST_WRONG },
     ],
     main: ["robust"],
     joins: true,

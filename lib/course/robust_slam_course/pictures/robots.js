@@ -101,7 +101,10 @@ function robotPanels(width, height, views) {
 function drawRobots(scene, view) {
   const { state, result, shown, width, height, data, change } = view;
   const panels = robotPanels(width, height, state.views);
-  const top = putLegend(scene, "words", "legend", 0, 0, panels.all.width, MEETING_LEGEND);
+  const top = putLegend(scene, "words", "legend", 0, 0, panels.all.width, [
+    ["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
+    ["is-rejected", "rejected"], ["is-outlier", "wrong"],
+  ]);
   const box = { ...panels.all, y: top, height: panels.all.height - top };
   const map = fitAround(scene, "map", box, data.truth, result.poses);
   for (const layer of ["shared", "own"]) scene.clip(layer, box);
@@ -118,11 +121,6 @@ function drawRobots(scene, view) {
   result.shared.forEach((k) => putMeeting(scene, "shared", `edge-${k}`, map, result.isWrong(k) ? data.truth : shown, result, k));
   putMeetingHandles(scene, map, state, data, change);
 }
-
-const MEETING_LEGEND = [
-  ["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
-  ["is-rejected", "rejected"], ["is-outlier", "wrong"],
-];
 
 function putOwnDrive(scene, layer, key, map, poses, labels, robot, look) {
   const own = labels.flatMap((label, k) => (label === robot ? [...poses.slice(3 * k, 3 * k + 3)] : []));
@@ -158,9 +156,7 @@ function putRobotView(scene, name, box, { result, shown, data }) {
   const known = [...labels.flatMap((label, k) => (label === name ? [k] : [])), ...sent];
   const inner = { x: box.x, y: box.y + 20, width: box.width, height: box.height - 20 };
   const map = fitMap(inner, known.flatMap((k) => [...shown.slice(3 * k, 3 * k + 3)]), 14);
-  scene.path(
-    "views", `view-${name}`, "is-grid", `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`,
-  );
+  scene.path("views", `view-${name}`, "is-grid", `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`);
   const count = box.width > 160 ? `${ROBOT_NAMES[name]}: ${known.length - sent.length} own poses, ${sent.length} of others`
     : `${ROBOT_NAMES[name]}: ${known.length - sent.length} + ${sent.length}`;
   scene.text("words", `view-head-${name}`, box.x + 2, box.y + 13, count, "rs-head");

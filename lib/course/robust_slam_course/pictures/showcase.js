@@ -1,5 +1,5 @@
 import { boundedNumber } from "../canvas/js/draw/link.js";
-import { putLegend } from "../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../canvas/js/draw/legend.js";
 import { fitAround, nearestPose, posePixels, putDrive, putEdge } from "../canvas/js/draw/map.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
@@ -22,10 +22,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "wrong", "strip", "words"],
     controls: [
       { kind: "words", name: "method", label: "Method", options: Object.entries(METHODS) },
-      {
-        kind: "words", name: "start", label: "Start from",
-        options: [["squares", "least squares"], ["odometry", "odometry"]],
-      },
+      { kind: "words", name: "start", label: "Start from", options: [["squares", "least squares"], ["odometry", "odometry"]] },
     ],
     main: [context.model.get("data").main],
     height: (width) => (width < WIDE ? 392 : 380),
@@ -86,9 +83,7 @@ function drawShowcase(scene, view) {
   const { width, height, state, result, data } = view;
   const ribbon = { x: 0, y: height - RIBBON_HEIGHT, width, height: RIBBON_HEIGHT };
   const [left, strip] = twoPanels({ x: 0, y: 0, width, height: height - RIBBON_HEIGHT }, [1.7, 1], 0.66);
-  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
-    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
-  ]);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, MAP_LEGEND);
   const poses = view.shown.subarray(0, data.truth.length);
   const weights = view.shown.subarray(data.truth.length);
   const box = { ...left, y: left.y + top, height: left.height - top };
@@ -135,7 +130,7 @@ function putTried(scene, { x, y, width }, view) {
   putPlace(scene, "strip", "Wrong closures, place along the drive", [x + (place + 0.5) * each, y + 14], view,
     (px) => Math.floor((px - x) / each));
   const count = (letter) => [...ribbon].filter((one) => one === letter).length;
-  const words = `The drive: ${count(letterOf(true))} lost of ${ribbon.replaceAll(".", "").length} tried`;
+  const words = `${width < WIDE ? "" : "The drive: "}${count(letterOf(true))} lost of ${ribbon.replaceAll(".", "").length} tried`;
   const right = (place + 0.5) * each < width / 2;
   scene.text("words", "tried", right ? x + width : x, y + 13, words, "rs-tick", right ? "end" : "start");
 }

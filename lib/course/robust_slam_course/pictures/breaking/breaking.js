@@ -1,4 +1,4 @@
-import { putLegend } from "../../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../../canvas/js/draw/legend.js";
 import { putHandle } from "../../canvas/js/draw/handle.js";
 import { boundedNumber } from "../../canvas/js/draw/link.js";
 import { livePicture } from "../../canvas/js/draw/picture.js";
@@ -42,7 +42,8 @@ function cleanAttack(state, data, solved) {
   const offset = [0, 1].map((axis) => whole(state.offset[axis], -reach, reach));
   const next = { ...state, ends: [whole(state.ends[0], 0, j - 2), j], offset: offset.some(Boolean) ? offset : [1, 0] };
   const bent = Number(solveAttack(next, data, solved).bent.toFixed(2));
-  return { ...next, tried: { ...state.tried, [tryOf(next)]: { ...state.tried[tryOf(next)], [next.offset]: bent } } };
+  const place = scoreOf({ ...next, offset: [] });
+  return { ...next, tried: { ...state.tried, [place]: { ...state.tried[place], [next.offset]: bent } } };
 }
 
 function solveAttack(state, data, solved) {
@@ -54,11 +55,6 @@ function solveAttack(state, data, solved) {
   return solved.get(score);
 }
 
-/** What stays while an offset is tried. */
-function tryOf({ town, solver, ends, count }) {
-  return `${town}:${solver}:${ends.join("-")}:${count}`;
-}
-
 /** The score as `robust-slam replay` reads it. */
 function scoreOf({ town, solver, ends, offset, count }) {
   return `${town}:${solver}:${ends.join("-")}:${offset.join(",")}:${count}`;
@@ -66,10 +62,7 @@ function scoreOf({ town, solver, ends, offset, count }) {
 
 function drawAttack(scene, { state, result, shown, width, height, data, change }) {
   const { truth, edges, trusted } = data.towns[state.town];
-  const top = putLegend(scene, "ghost", "legend", 0, 2, width, [
-    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"],
-    ["is-outlier", "outlier"], ["is-rejected", "rejected"], ["is-accent", "offset"],
-  ]);
+  const top = putLegend(scene, "ghost", "legend", 0, 2, width, [...MAP_LEGEND, ["is-rejected", "rejected"], ["is-accent", "offset"]]);
   const box = { x: 0, y: top, width, height: height - top - GAUGE };
   const [east, north] = state.offset;
   const claimed = truth.map((value, k) => value + [east, north, 0][k % 3]);
@@ -92,7 +85,7 @@ function drawAttack(scene, { state, result, shown, width, height, data, change }
   putClosureHandles(scene, map, truth, [state.ends], ([ends]) => change({ ends }), {
     noun: "Outlier", removable: false, last: truth.length / 3 - state.count,
   });
-  const bends = Object.entries(state.tried[tryOf(state)]);
+  const bends = Object.entries(state.tried[scoreOf({ ...state, offset: [] })]);
   for (const [offset, bend] of bends) {
     const [right, up] = offset.split(",").map(Number);
     const [cx, cy] = [map.toX(truth[3 * j] + right), map.toY(truth[3 * j + 1] + up)];
