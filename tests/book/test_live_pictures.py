@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
@@ -317,23 +316,6 @@ class TestTown:
             swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
             visit.page.wait_for_function(f"window.scrollY > {before} + 100")
 
-    def test_a_link_opens_the_page_with_its_state(self, at, browser):
-        with visiting(browser, at, **DESK.options) as visit:
-            picture = pictures(visit.page)[0]
-            moved = move_a_handle(picture)
-            unfold(picture)
-            picture.locator("[data-control=link]").click()
-            with visiting(browser, visit.page.url, **DESK.options) as again:
-                assert seen(pictures(again.page)[0])[:2] == moved[:2]
-
-    def test_a_link_to_a_folded_setting_unfolds_it(self, site, browser):
-        address = place(site, "", "chapters/00-one-lie", "file")
-        for state, shown in (({"sigma": 1}, True), ({"correct": False}, False)):
-            with visiting(browser, f"{address}#cycles={quote(json.dumps(state))}") as visit:
-                assert (
-                    pictures(visit.page)[0].locator("details").evaluate("it => it.open") == shown
-                )
-
     def test_a_map_glides_but_not_where_motion_is_unwelcome(self, at, browser):
         assert states_between(at, browser, "no-preference") > 5
         assert states_between(at, browser, "reduce") <= 2
@@ -360,21 +342,24 @@ class TestTown:
             assert picture.locator("figcaption").is_visible()
 
 
-@pytest.fixture
-def alone(browser):
-    """Open a picture alone, in a state; the visit ends with the test."""
-    with ExitStack() as visits:
-
-        def show(name: str, **state: object) -> Locator:
-            link = f"about:blank#{name}={quote(json.dumps(state))}"
-            visit = visits.enter_context(visiting(browser, link, **DESK.options))
-            visit.page.set_content(getattr(robust_slam_course.pictures, name)().static_html())
-            return pictures(visit.page)[0]
-
-        yield show
-
-
 class TestAlone:
+    @pytest.fixture
+    def alone(self, open_page):
+        """Open a picture alone, by a link to a state."""
+
+        def opened(name: str, **state: object) -> Locator:
+            link = f"about:blank#{name}={quote(json.dumps(state))}"
+            page = open_page(link, **DESK.options).page
+            page.set_content(getattr(robust_slam_course.pictures, name)().static_html())
+            return pictures(page)[0]
+
+        return opened
+
+    @pytest.mark.parametrize(("state", "shown"), [({"sigma": 1}, True), ({"correct": False}, False)])
+    def test_a_link_to_a_folded_setting_unfolds_it(self, alone, state, shown):
+        more = alone("cycles", **state).locator("details")
+        assert more.evaluate("it => it.open") == shown
+
     def test_the_scale_of_a_town_stays_whatever_bends(self, alone):
         picture = alone("cycles")
         truth = picture.locator("path.is-ghost").first
@@ -415,6 +400,16 @@ class TestAlone:
         picture.locator(f"[data-handle={key}]").focus()
         by_mouse(picture, key, 1)
         assert picture.evaluate("() => document.activeElement.dataset.handle") == key
+
+    def test_the_best_attack_is_told_once_the_question_is_answered(self, alone):
+        picture = alone("breaking", offset=[0, 1], count=3)
+        assert words(picture).startswith("Fooled") and "best attack" not in words(picture)
+        picture.locator(".rs-predict label").first.click()
+        assert "The best attack has 2 outliers" in seen(picture).caption
+
+    def test_a_tie_is_named(self, alone):
+        told = words(alone("consistency", count=8))
+        assert told.startswith("8 against 8 is a tie: PCM happens to keep the outliers")
 
     def test_an_answer_joins_the_closure_and_changes_nothing_else(self, alone):
         picture = alone("opening")
