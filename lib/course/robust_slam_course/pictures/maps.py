@@ -66,14 +66,15 @@ def cycles() -> Picture:
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
         question=ask(
-            "The wrong closure joins poses 36 and 69. How many of the 99 odometry edges does it"
-            " bend without the correct ones?",
+            "Without the correct closures, how many of the 99 odometry edges are still bent?",
             {
-                "0": "The 33 steps between its ends form a cycle with it, and they contradict it.",
-                "33": "Only the 33 steps between its ends form a cycle with it.",
-                "66": "The other 66 steps are outside its ends, where nothing contradicts it.",
-                "99": "Outside its ends nothing contradicts it; only the 33 steps between them"
-                " form a cycle with it.",
+                "0": "The 33 steps between its ends, 36 and 69, form a cycle with it, and they"
+                " contradict it.",
+                "33": "Only the 33 steps between its ends, 36 and 69, form a cycle with it.",
+                "66": "The other 66 steps are outside its ends, 36 and 69, where nothing contradicts"
+                " it.",
+                "99": "Outside its ends, 36 and 69, nothing contradicts it; only the 33 steps between"
+                " them form a cycle with it.",
             },
             right="33",
         ),
