@@ -18,10 +18,7 @@ from tests.chromium import page_in
 
 TOKEN = "none-but-the-test"
 _OPTIONS = (
-    "--no-browser",
-    "--allow-root",
-    "--ip=127.0.0.1",
-    "--ServerApp.port_retries=0",
+    *("--no-browser", "--allow-root", "--ip=127.0.0.1", "--ServerApp.port_retries=0"),
     f"--IdentityProvider.token={TOKEN}",
     "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
 )
@@ -130,13 +127,6 @@ class Notebook:
         ):
             self.page.keyboard.press("Control+s")
         return self.read()
-
-    def type_in(self, texts: Mapping[str, str]) -> None:
-        """Replace the text of solution cells."""
-        for number, cell in enumerate(self.read()):
-            text = texts.get(cell["metadata"].get("nbgrader", {}).get("grade_id", ""))
-            if text is not None:
-                write(self.cells.nth(number), text)
 
     def run_all(self) -> list[dict[str, Any]]:
         """Run each cell with Shift and Enter, also past errors; gives the cells.

@@ -8,9 +8,11 @@ which that folder holds them alone, and may be entered.
 import os
 import shlex
 import stat
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 GRADER = Path(__file__).resolve().parents[1]
 ROOT = Path(__file__).resolve().parents[__name__.count(".")]
@@ -33,6 +35,11 @@ def nothing_set_up(home: Path) -> dict[str, str]:
         "IPYTHONDIR": str(home / "ipython"),
         "PATH": os.pathsep.join([str(SCRIPTS), os.environ.get("PATH", "")]),
     }
+
+
+def ended(words: Sequence[object], **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, and keep what it says."""
+    return subprocess.run([*map(str, words)], capture_output=True, text=True, **options)
 
 
 def may() -> bool:

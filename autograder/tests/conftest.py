@@ -1,6 +1,7 @@
 """What tests share: a small course, a way to run a command on it, and back ends that work."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import pytest
 from robust_slam_autograder import cli
@@ -8,7 +9,24 @@ from robust_slam_autograder.sandbox import BACK_ENDS
 
 from . import kernel, toy
 
-Run = Callable[..., tuple[int, str, str]]
+
+class Done(NamedTuple):
+    """How a command ended: exit status, output, errors."""
+
+    status: int
+    out: str
+    err: str
+
+    def worked(self, *words: str) -> bool:
+        """With status 0, and these words in the output."""
+        return self.status == 0 and all(word in self.out for word in words)
+
+    def refused(self, *words: str) -> bool:
+        """With status 2, these words among the errors, and no output."""
+        return (self.status, self.out) == (2, "") and all(word in self.err for word in words)
+
+
+Run = Callable[..., Done]
 
 
 @pytest.fixture
@@ -22,15 +40,15 @@ def course(tmp_path):
 
 @pytest.fixture
 def autograder(tmp_path, capfd):
-    """Run a command on the test's own source tree: exit status, output, errors."""
+    """Run a command on the test's own source tree."""
 
-    def run(*arguments: object) -> tuple[int, str, str]:
+    def run(*arguments: object) -> Done:
         capfd.readouterr()
         try:
             status = cli.main(["--solutions", str(tmp_path / "solutions"), *map(str, arguments)])
         except SystemExit as error:  # how argparse ends
             status = int(error.code or 0)
-        return (status, *capfd.readouterr())
+        return Done(status, *capfd.readouterr())
 
     return run
 

@@ -1,6 +1,7 @@
 """Correct submissions of any assignment, each unusual in one way and each right."""
 
 import json
+from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,11 @@ def _changed(name: str, kind: str, change: Change) -> Entry:
     return changed(name, f"correct: {kind}", "full", change)
 
 
-def _text(notebook: Notebook) -> str:
-    return json.dumps(notebook, indent=1, ensure_ascii=False)
+def _spelt(name: str, kind: str, data: Callable[[str], bytes]) -> Entry:
+    def text(notebook: Notebook) -> str:
+        return json.dumps(notebook, indent=1, ensure_ascii=False)
+
+    return in_bytes(name, f"correct: {kind}", "full", lambda notebook: data(text(notebook)))
 
 
 def _another_name(target: Target, place: Place) -> None:
@@ -68,18 +72,8 @@ NOTEBOOKS = [
     _changed("split-cell", "a copied cell", _split_cell),
     _changed("lists-of-lines", "crlf", each(_lines)),
     _changed("long-outputs", "prints", _long_outputs),
-    in_bytes(
-        "windows-lines",
-        "correct: crlf",
-        "full",
-        lambda notebook: _text(notebook).replace("\n", "\r\n").encode(),
-    ),
-    in_bytes(
-        "byte-order-mark",
-        "correct: bom",
-        "full",
-        lambda notebook: _text(notebook).encode("utf-8-sig"),
-    ),
+    _spelt("windows-lines", "crlf", lambda text: text.replace("\n", "\r\n").encode()),
+    _spelt("byte-order-mark", "bom", lambda text: text.encode("utf-8-sig")),
     Entry("another-name", "correct: a copied cell", "full", _another_name),
 ]
 CORRECT = [*from_file(Path(__file__).with_name("correct_cells.txt")), *NOTEBOOKS]

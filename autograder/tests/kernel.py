@@ -8,7 +8,6 @@ import ctypes
 import os
 import shutil
 import socket
-import subprocess
 import sys
 from functools import cache
 
@@ -77,7 +76,10 @@ def is_soak(config: pytest.Config) -> bool:
 def _namespaces() -> bool:
     own = [] if os.getuid() == 0 else ["--user", "--map-root-user"]
     kinds = ["--mount", "--pid", "--net", "--ipc", "--uts", "--fork"]
-    return _succeeds("unshare", *own, *kinds, "sh", "-c", _MOUNTS)
+    if shutil.which("unshare") is None:
+        return False
+    command = ["unshare", *own, *kinds, "sh", "-c", _MOUNTS]
+    return as_user.ended(command, cwd="/", timeout=60).returncode == 0
 
 
 def _landlock() -> bool:
@@ -87,10 +89,3 @@ def _landlock() -> bool:
         return bool(version >= 6)  # from here on no signal leaves the sandbox
     # Student code is another user, who may not enter a closed home where Python is.
     return bool(version >= 1) and not any(as_user.closed(way / "lib") for way in as_user.NEEDED)
-
-
-def _succeeds(*command: str) -> bool:
-    if shutil.which(command[0]) is None:
-        return False
-    done = subprocess.run(command, capture_output=True, cwd="/", timeout=60)
-    return done.returncode == 0

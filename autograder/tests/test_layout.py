@@ -4,12 +4,11 @@ import re
 import subprocess
 
 import pytest
-from robust_slam_autograder import cli, layout
+from robust_slam_autograder import layout
 from robust_slam_autograder.errors import WrongUse
 
 from . import toy
 
-SEED = 5
 ROSTER = "Student,ID,SIS Login ID,Section\nAda,1,ada,A\n"
 
 
@@ -32,27 +31,25 @@ def course(tmp_path):
     return tmp_path
 
 
-def test_every_command_names_the_move_and_goes_on_after_it(course, capsys, monkeypatch):
+def test_every_command_names_the_move_and_goes_on_after_it(course, autograder, monkeypatch):
     monkeypatch.chdir(course)
     toy.make_tree(course)
     toy.hand_in(course / "submitted", "ada", toy.answer())
     (course / "roster.csv").write_text(ROSTER)
-    before = ["--out", "build/graded", "--seed", str(SEED)]
-    assert cli.main([*commands()["grade"], *before]) == 0
+    assert autograder(*commands()["grade"], "--out", "build/graded", "--seed", 5)[0] == 0
     marks = (course / "build" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes()
     told = set()
     for name, command in commands().items():
-        capsys.readouterr()
-        assert cli.main(command) == 2, name
-        told.add(capsys.readouterr().err)
+        status, _, said = autograder(*command)
+        assert status == 2, name
+        told.add(said)
     assert not (course / "class").exists()
     (text,) = told
     (move,) = re.findall(r"mkdir -p .+? class/(?=\.)", text)
     assert move == "mkdir -p class && mv build/graded build/submitted build/autograded class/"
     subprocess.run(["sh", "-ec", move], cwd=course, check=True)
     assert (course / "class" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes() == marks
-    assert cli.main(commands()["grade"]) == 0
-    assert "1 of them unchanged and reused" in capsys.readouterr().out
+    assert autograder(*commands()["grade"]).worked("1 of them unchanged and reused")
     layout.refuse_unmoved(layout.GRADED, course)
 
 

@@ -6,18 +6,12 @@ from pathlib import Path
 
 from robust_slam_autograder.commands import declare
 
-README = Path(__file__).resolve().parents[1] / "README.md"
-TEXT = README.read_text(encoding="utf-8")
-
-
-def declared() -> set[str]:
-    commands = argparse.ArgumentParser().add_subparsers()
-    declare(commands)
-    return set(commands.choices)
-
 
 def test_every_command_has_a_line_in_the_overview_and_its_exit_statuses_in_the_table():
-    overview = re.findall(r"^autograder ([a-z-]+)", TEXT, re.M)
-    rows = TEXT.split("\n| exit status |")[1].split("\n\n")[0].splitlines()[2:]
+    commands = argparse.ArgumentParser().add_subparsers()
+    declare(commands)
+    text = Path(__file__).resolve().parents[1].joinpath("README.md").read_text("utf-8")
+    overview = re.findall(r"^autograder ([a-z-]+)", text, re.M)
+    rows = text.split("\n| exit status |")[1].split("\n\n")[0].splitlines()[2:]
     listed = [name for row in rows for name in re.findall(r"`([a-z-]+)`", row.split("|")[1])]
-    assert sorted(overview) == sorted(listed) == sorted(declared())
+    assert sorted(overview) == sorted(listed) == sorted(commands.choices)

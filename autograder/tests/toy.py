@@ -17,6 +17,8 @@ from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 
 from . import kernel
 
+Value = dict[str, Any]
+"""A notebook, a cell or a result, as JSON holds it."""
 NAME = "07-toy"
 CANARY = "CANARY-TEST-TEXT"
 MOST = 20
@@ -81,6 +83,12 @@ assert last == 81 * start and len(history) == 5, f"hidden start {start}"
 """
 
 
+RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
+GUESS = "def double(x):\n    return 6\n"
+LOOP = "def double(x):\n    while True: pass\n"
+EXIT = "import os\ndef double(x):\n    os._exit(0)\n"
+
+
 class Broken:
     name = "broken"
 
@@ -91,9 +99,9 @@ class Broken:
         raise AssertionError("a back end that does not work was started")
 
 
-def cell(source: str, grade_id: str | None = None, **fields: Any) -> dict[str, Any]:
+def cell(source: str, grade_id: str | None = None, **fields: Any) -> Value:
     """A code cell in nbformat 4.5, with nbgrader's metadata where it has a grade id."""
-    metadata: dict[str, Any] = {}
+    metadata: Value = {}
     if grade_id is not None:
         defaults = {"grade": False, "solution": False, "locked": False, "task": False}
         metadata["nbgrader"] = {"grade_id": grade_id, "schema_version": 3, **defaults, **fields}
@@ -107,23 +115,19 @@ def cell(source: str, grade_id: str | None = None, **fields: Any) -> dict[str, A
     }
 
 
-def notebook(cells: list[dict[str, Any]]) -> dict[str, Any]:
-    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
-    metadata = {"kernelspec": kernel}
+def notebook(cells: list[Value]) -> Value:
+    python = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    metadata = {"kernelspec": python}
     return {"nbformat": 4, "nbformat_minor": 5, "metadata": metadata, "cells": cells}
 
 
-def test_cell(source: str, grade_id: str, points: int) -> dict[str, Any]:
+def test_cell(source: str, grade_id: str, points: int) -> Value:
     """A locked test cell."""
     return cell(source, grade_id, grade=True, locked=True, points=points)
 
 
-def source_notebook(**sources: str) -> dict[str, Any]:
-    """The instructor's notebook: two exercises of ten points.
-
-    Args:
-        sources: other sources, as ``double_by_hand="assert double(3) == 7"``.
-    """
+def source_notebook(**sources: str) -> Value:
+    """The instructor's notebook, two exercises of ten points, with these sources by grade id."""
     value = notebook(
         [
             cell(SETUP, "setup", locked=True),
@@ -141,13 +145,13 @@ def source_notebook(**sources: str) -> dict[str, Any]:
     return value
 
 
-def write(path: Path, value: dict[str, Any]) -> Path:
+def write(path: Path, value: Value) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(value), encoding="utf-8")
     return path
 
 
-def make_tree(folder: Path, config: str = "", value: dict[str, Any] | None = None) -> Path:
+def make_tree(folder: Path, config: str = "", value: Value | None = None) -> Path:
     """An nbgrader source tree that holds this one assignment, if need be with another notebook."""
     tree = folder / "solutions"
     write(tree / NAME / f"{NAME}.ipynb", value or source_notebook())
@@ -164,7 +168,7 @@ def described() -> str:
         return path.with_name("autograder.toml").read_text(encoding="utf-8")
 
 
-def answer(double: str = DOUBLE, apply: str = APPLY, *more: dict[str, Any]) -> dict[str, Any]:
+def answer(double: str = DOUBLE, apply: str = APPLY, *more: Value) -> Value:
     """A submission that holds these sources in its two solution cells, and more cells after."""
     return notebook(
         [
@@ -177,12 +181,12 @@ def answer(double: str = DOUBLE, apply: str = APPLY, *more: dict[str, Any]) -> d
     )
 
 
-def hand_in(folder: Path, student: str, value: dict[str, Any]) -> Path:
+def hand_in(folder: Path, student: str, value: Value) -> Path:
     """Write a submission to ``<folder>/<student>/<assignment>/`` and give that folder."""
     return write(folder / student / NAME / f"{NAME}.ipynb", value).parent
 
 
-def result(out: Path, student: str) -> dict[str, Any]:
+def result(out: Path, student: str) -> Value:
     return json.loads((out / student / f"{NAME}.json").read_text("utf-8"))
 
 
@@ -193,10 +197,7 @@ def hidden_inputs(seed: int) -> list[str]:
 
 
 def assignment(
-    config: Config | None = None,
-    *,
-    double_random: str | None = None,
-    value: dict[str, Any] | None = None,
+    config: Config | None = None, *, double_random: str | None = None, value: Value | None = None
 ) -> Assignment:
     """The toy assignment as the grader reads it, if need be changed."""
     value = value or source_notebook()
@@ -206,16 +207,12 @@ def assignment(
     return from_cells(cells, Path(f"{NAME}/{NAME}.ipynb"), config or Config(packages=PACKAGES))
 
 
-def submission(value: dict[str, Any], tests: Assignment) -> Code:
+def submission(value: Value, tests: Assignment) -> Code:
     return collect(notebook_module.parse(json.dumps(value).encode(), "toy.ipynb"), tests)
 
 
 def graded(
-    value: dict[str, Any],
-    tests: Assignment | None = None,
-    *,
-    seed: int = 3,
-    wall: Sandbox | None = None,
+    value: Value, tests: Assignment | None = None, *, seed: int = 3, wall: Sandbox | None = None
 ) -> Result:
     """What a submission earns, by default behind the quickest wall."""
     tests = tests or assignment()
@@ -235,9 +232,7 @@ def quickly() -> list[str]:
     return ["--unsandboxed"] if wall.name == "none" else ["--sandbox", wall.name]
 
 
-def checked(
-    value: dict[str, Any], tests: Assignment | None = None, report: Report | None = None
-) -> Result:
+def checked(value: Value, tests: Assignment | None = None, report: Report | None = None) -> Result:
     """What a student's own check says of a submission."""
     tests = tests or assignment()
     code = submission(value, tests)

@@ -4,17 +4,15 @@ import json
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.errors import WrongUse
 
+from autograder.tests import toy
 from tests.assignments.mutation import __main__ as command
-from tests.assignments.mutation import equivalents, run
-from tests.assignments.mutation.cells import Mutant, mutants
-from tests.assignments.mutation.report import Report
-from tests.assignments.mutation.run import Verdict
-from tests.assignments.planted import NAME, plant
+from tests.assignments.mutation import equivalents
+from tests.assignments.mutation.cells import mutants
 
 pytestmark = pytest.mark.rest
 
+NAME = "planted"
 SOLUTION = """\
 def size(u):
     ### BEGIN SOLUTION
@@ -23,43 +21,23 @@ def size(u):
     return u
     ### END SOLUTION
 """
+CELL = "def f({}):\n    {}\n    ### BEGIN SOLUTION\n    {}\n    ### END SOLUTION\n"
 POSITIVE = "assert size(3) == 3\nassert size(0.5) == 0.5"
 NEGATIVE = "assert size(-0.5) == 0.5\nassert size(-3) == 3"
-BOTH = {"positive": POSITIVE, "negative": NEGATIVE}
 
 
-@pytest.fixture
-def tree(tmp_path: Path) -> Path:
-    """An assignment of one exercise, whose cases notice all that can be noticed."""
-    plant(tmp_path, "size", SOLUTION, BOTH)
-    return tmp_path
-
-
-@pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
-    """What a run finds in that assignment."""
-    tree = tmp_path_factory.mktemp("tree")
-    plant(tree, "size", SOLUTION, BOTH)
-    return command.mutate(NAME, tree, tree, seed=1, jobs=1)
+def plant(tree: Path, **cases: str) -> Path:
+    """Write an assignment of one exercise; its cases are test cells of one point each."""
+    cells = [toy.cell("import numpy as np", "setup", locked=True)]
+    cells.append(toy.cell(SOLUTION, "size", solution=True))
+    cells += [toy.test_cell(source, f"size-{name}", 1) for name, source in cases.items()]
+    toy.write(tree / NAME / f"{NAME}.ipynb", toy.notebook(cells))
+    return tree
 
 
 def status(tree: Path) -> int:
     """The exit status of the command."""
     return command.main([NAME, "--solutions", str(tree), "--judged", str(tree), "--jobs", "1"])
-
-
-def judge(tree: Path, line: str, becomes: str, reason: str = "0 is -0") -> Path:
-    entry = {"exercise": "size", "line": line, "becomes": becomes, "reason": reason}
-    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
-    path = tree / NAME / equivalents.FILE
-    path.write_text(f"[[equivalent]]\n{text}", encoding="utf-8")
-    return path
-
-
-def changes(source: str) -> set[str]:
-    """What may become of a solution's one line."""
-    text = f"def f(a, b):\n    ### BEGIN SOLUTION\n    {source}\n    ### END SOLUTION\n"
-    return {mutant.becomes for mutant in mutants("f", text)}
 
 
 @pytest.mark.parametrize(
@@ -86,32 +64,21 @@ def changes(source: str) -> set[str]:
         ("a = np.inf", {"a = np.nan"}),
     ],
 )
-def test_a_line_is_changed_in_all_the_ways_that_it_can_be(source: str, wanted: set[str]) -> None:
-    assert wanted <= changes(source)
+def test_a_line_is_changed_in_all_the_ways_that_it_can_be(source, wanted):
+    found = mutants("f", CELL.format("a, b", "# before", source))
+    assert wanted <= {mutant.becomes for mutant in found}
 
 
-def test_a_change_keeps_the_rest_of_the_text_and_every_mutant_differs() -> None:
-    text = (
-        "def f(ψ):\n    # as it was\n    ### BEGIN SOLUTION\n"
-        "    return ψ  -  2\n    ### END SOLUTION\n"
-    )
-    found = [mutant.source for mutant in mutants("f", text)]
-    assert len(set(found)) == len(found) > 4
-    assert text.replace("2", "3") in found
-    assert all("# as it was" in source for source in found)
-
-
-def test_only_solution_regions_are_changed_and_no_words_of_an_error() -> None:
-    text = (
-        "def f(a=1):\n    b = 2\n    ### BEGIN SOLUTION\n"
-        "    raise ValueError(f'{a + 1} of 3')\n    ### END SOLUTION\n"
-    )
+def test_only_solution_regions_are_changed_and_no_words_of_an_error():
+    text = CELL.format("a=1", "b = 2", "raise ValueError(f'{a + 1} of 3')")
     assert [mutant.becomes for mutant in mutants("f", text)] == ["pass"]
     with pytest.raises(ValueError, match="BEGIN SOLUTION"):
         mutants("f", "def f(): return 1")
 
 
-def test_a_planted_mutant_is_killed_by_the_case_that_notices(report: Report) -> None:
+def test_a_planted_mutant_is_killed_by_the_case_that_notices(tmp_path):
+    tree = plant(tmp_path, positive=POSITIVE, negative=NEGATIVE)
+    report = command.mutate(NAME, tree, tree, seed=1, jobs=1)
     killers = {one.mutant.becomes: one.lost for one in report.verdicts}
     assert killers["return u"] == ("size-negative",)
     assert killers["if u < 1:"] == ("size-positive",)
@@ -119,21 +86,8 @@ def test_a_planted_mutant_is_killed_by_the_case_that_notices(report: Report) -> 
     assert [one.mutant.becomes for one in report.survivors] == ["if u <= 0:"]
 
 
-def test_what_is_judged_equivalent_counts_for_the_score_alone(report: Report, tree: Path) -> None:
-    judged = equivalents.read(judge(tree, "if u < 0:", "if u <= 0:"))
-    after = Report(NAME, report.verdicts, judged)
-    assert (len(after.equivalent), after.score) == (1, 1.0)
-    assert after.raw_score == report.raw_score == report.score < 0.95
-    assert not after.is_good  # more than a tenth is judged so
-    killed = [one for one in report.verdicts if one.is_killed]
-    assert Report(NAME, [*report.verdicts, *killed], judged).is_good
-
-
-def test_a_survivor_is_reported_where_a_case_is_missing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    plant(tmp_path, "size", SOLUTION, {"positive": POSITIVE})
-    assert status(tmp_path) == 1
+def test_a_survivor_is_reported_where_a_case_is_missing(tmp_path, capsys):
+    assert status(plant(tmp_path, positive=POSITIVE)) == 1
     assert "    - return -u\n    + return u\n" in capsys.readouterr().out
 
 
@@ -141,29 +95,10 @@ def test_a_survivor_is_reported_where_a_case_is_missing(
     ("line", "becomes", "problem"),
     [("if u < 7:", "if u <= 7:", "no mutant"), ("if u < 0:", "if u >= 0:", "kills")],
 )
-def test_a_stale_judgement_is_refused(
-    tree: Path, line: str, becomes: str, problem: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    judge(tree, line, becomes)
+def test_a_stale_judgement_is_refused(tmp_path, line, becomes, problem, capsys):
+    tree = plant(tmp_path, positive=POSITIVE, negative=NEGATIVE)
+    entry = {"exercise": "size", "line": line, "becomes": becomes, "reason": "0 is -0"}
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
+    (tree / NAME / equivalents.FILE).write_text(f"[[equivalent]]\n{text}", encoding="utf-8")
     assert status(tree) == 2
     assert problem in capsys.readouterr().err
-
-
-def test_a_judgement_needs_a_reason(tree: Path) -> None:
-    with pytest.raises(equivalents.Stale, match="reason"):
-        equivalents.read(judge(tree, "if u < 0:", "if u <= 0:", reason=" "))
-
-
-def test_an_endless_loop_is_cut_and_counts_as_killed(tree: Path) -> None:
-    (one,) = run.exercises(tree / NAME / f"{NAME}.ipynb")
-    endless = "def size(u):\n    while True:\n        pass\n"
-    limited = run.with_limits(one, seed=1)
-    verdict = run.grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
-    assert verdict == Verdict(verdict.mutant, (), "timeout")
-    assert verdict.is_killed
-
-
-def test_a_reference_that_loses_marks_is_refused(tmp_path: Path) -> None:
-    plant(tmp_path, "size", SOLUTION, {"negative": NEGATIVE.replace("== 3", "== 4")})
-    with pytest.raises(WrongUse, match="size-negative"):
-        command.mutate(NAME, tmp_path, tmp_path, seed=1, jobs=1)

@@ -13,27 +13,10 @@ from playwright.sync_api import Browser, Locator, expect
 from robust_slam_course.pictures import cycles
 
 from autograder.tests import kernel
-from tests.book.alone import leave_alone
+from tests.book import taking_hold
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, ROOT, place
-from tests.book.taking_hold import (
-    Seen,
-    assert_below_stays,
-    by_keyboard,
-    by_mouse,
-    by_touch,
-    controls,
-    follows,
-    handles,
-    middle,
-    move,
-    pictures,
-    reset,
-    seen,
-    swipe,
-    take_hold,
-    unfold,
-    words,
-)
+from tests.book.taking_hold import handles, pictures, reset, seen, take_hold, unfold
+from tests.book.test_accessible import leave_alone
 from tests.chromium import Visit, visiting
 
 pytestmark = pytest.mark.browser
@@ -58,7 +41,6 @@ WITH_PICTURES = [
     PAGES[0],
     *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
 ]
-
 
 FIRST_SCREENS = [*CHAPTERS, "chapters/labs", "chapters/many-robots", PAGES[0]]
 ENDS = ("valuemin", "valuemax")
@@ -87,11 +69,11 @@ class Look:
     @property
     def ways(self) -> tuple[Callable[[Locator, str, int], None], ...]:
         """How a handle is moved: on a phone by touch, at the desk by mouse and by keys."""
-        return (by_touch,) if self.width < 500 else (by_mouse, by_keyboard)
+        desk = (taking_hold.by_mouse, taking_hold.by_keyboard)
+        return (taking_hold.by_touch,) if self.width < 500 else desk
 
 
 DESK, PHONE = Look("http", "light", 1280), Look("file", "dark", 390)
-
 
 OPENED = {
     look: [pytest.param((page, look), marks=pytest.mark.rest) for page in WITH_PICTURES]
@@ -146,12 +128,13 @@ def test_each_handle_is_moved_in_every_way(opened):
         kinds = {key.rstrip("0123456789"): key for key in handles(picture)}
         for key in list(kinds.values())[: 1 if look is PHONE else None]:
             for way in look.ways:
-                assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
+                follows = taking_hold.follows(picture, key, way)
+                assert follows, f"{key}: nothing follows {way.__name__}"
     assert visit.complaints == []
 
 
 @DESKS
-def test_each_handle_has_a_name_and_says_its_value(opened):
+def test_each_handle_says_its_name_and_value_and_more_to_try_is_one_question(opened):
     for picture in pictures(opened[0].page):
         reset(picture)
         found = picture.locator("[data-handle]").evaluate_all(
@@ -163,6 +146,9 @@ def test_each_handle_has_a_name_and_says_its_value(opened):
             least, now, most = map(float, values)
             assert least <= now <= most, f"{name}: {least} {now} {most}"
         assert len({name for name, *_ in found}) == len(found)
+        assert picture.locator("details .rs-ask").count() == 1
+        assert picture.locator("details .rs-controls > *").count() <= 1
+        assert picture.locator(".rs-icons button").count() == 2
 
 
 @DESKS
@@ -174,9 +160,8 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
             least, most = (float(picture.evaluate(OF_HANDLE, [key, end])) for end in ENDS)
             places = {}
             for pressed in ("End", "Home", "PageUp"):
-                picture.evaluate(
-                    f"picture => picture.querySelector('[data-handle=\"{key}\"]').focus()"
-                )
+                handle = f"picture.querySelector('[data-handle=\"{key}\"]')"
+                picture.evaluate(f"picture => {handle}.focus()")
                 picture.page.keyboard.press(pressed)
                 seen(picture)
                 places[pressed] = float(picture.evaluate(OF_HANDLE, [key, "valuenow"]))
@@ -186,14 +171,6 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
             assert least <= places["Home"] <= least + slack, key
             assert places["Home"] < places["PageUp"] < places["End"] or slack > 300, key
         reset(picture)
-
-
-@DESKS
-def test_more_to_try_is_one_question_with_one_control_at_most(opened):
-    for picture in pictures(opened[0].page):
-        assert picture.locator("details .rs-ask").count() == 1
-        assert picture.locator("details .rs-controls > *").count() <= 1
-        assert picture.locator(".rs-icons button").count() == 2
 
 
 @pytest.mark.parametrize("name", FIRST_SCREENS)
@@ -226,11 +203,11 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(opened):
     for picture in pictures(opened[0].page):
         reset(picture)
         first = seen(picture)
-        for control in controls(picture):
-            move(control)
+        for control in taking_hold.controls(picture):
+            taking_hold.move(control)
             now, name = seen(picture), control.get_attribute("data-control")
             assert now[:2] != first[:2], f"{name}: drawing and words stay as they were"
-            assert_below_stays(first, now)
+            taking_hold.assert_below_stays(first, now)
             reset(picture)
             assert seen(picture) == first, f"{name}: the first state did not come back"
         take_hold(picture, 1)
@@ -238,8 +215,12 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(opened):
         assert seen(picture) == first, "the button did not bring the first state back"
 
 
-def test_a_picture_fits_one_screen(opened):
-    """Folded, it is no taller than a window, and its control is beside its words."""
+def test_a_picture_fits_one_screen_and_nothing_leaves_its_panel_or_covers_a_label(opened, request):
+    """Folded, it is no taller than a window, and its control is beside its words.
+
+    It is seen in the first state, at both ends of each control, and with a handle in each corner:
+    the last on the phone, where there is least room, and in ``make soak`` at the desk too.
+    """
     visit, look = opened
     for picture in pictures(visit.page):
         height, apart, letters = picture.evaluate(FOLDED)
@@ -247,14 +228,6 @@ def test_a_picture_fits_one_screen(opened):
         assert apart <= 200
         assert letters >= 14
     assert too_wide(visit) <= 0
-
-
-def test_nothing_leaves_its_panel_or_covers_a_label(opened, request):
-    """In the first state, at both ends of each control, and with a handle in each corner.
-
-    The last on the phone, where there is least room, and in ``make soak`` at the desk too.
-    """
-    visit, look = opened
     with_handles = look is PHONE or kernel.is_soak(request.config)
     for picture in pictures(visit.page):
         assert picture.evaluate(EXTREMES, with_handles) == []
@@ -262,8 +235,8 @@ def test_nothing_leaves_its_panel_or_covers_a_label(opened, request):
 
 
 @DESKS
-def test_a_link_brings_the_state_back(opened):
-    """It is followed in the open page, as if it were pasted."""
+def test_a_link_brings_the_state_back_and_a_name_that_every_object_has_stops_no_picture(opened):
+    """The links are followed in the open page, as if they were pasted."""
     visit, _ = opened
     for picture in pictures(visit.page):
         reset(picture)
@@ -275,12 +248,6 @@ def test_a_link_brings_the_state_back(opened):
         visit.page.evaluate("() => { dispatchEvent(new HashChangeEvent('hashchange')); }")
         assert seen(picture) == moved
         reset(picture)
-
-
-@DESKS
-def test_a_name_that_every_object_has_stops_no_picture(opened):
-    """The links are followed in the open page, as if they were pasted."""
-    visit, _ = opened
     for number, (name, state) in enumerate(visit.page.evaluate(STATES)):
         for key in (key for key, value in state.items() if isinstance(value, str)):
             link = f"#{name}={quote(json.dumps({key: 'constructor'}))}"
@@ -289,7 +256,7 @@ def test_a_name_that_every_object_has_stops_no_picture(opened):
             assert visit.complaints == []
 
 
-def move_a_handle(picture: Locator) -> Seen:
+def move_a_handle(picture: Locator) -> taking_hold.Seen:
     """Move the first handle until something else is seen, and return that."""
     first = seen(picture)
     for toward in (1, -1):
@@ -313,7 +280,7 @@ class TestTown:
             before = visit.page.evaluate("window.scrollY")
             box = stage.bounding_box()
             assert box is not None
-            swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
+            taking_hold.swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
             visit.page.wait_for_function(f"window.scrollY > {before} + 100")
 
     def test_a_map_glides_but_not_where_motion_is_unwelcome(self, at, browser):
@@ -332,7 +299,7 @@ class TestTown:
             picture = pictures(visit.page)[0]
             take_hold(picture, 1)
             seen(picture)
-            expect(picture.locator("[aria-live=polite]")).to_have_text(words(picture))
+            expect(picture.locator("[aria-live=polite]")).to_have_text(taking_hold.words(picture))
 
     def test_without_scripts_the_still_picture_stands_with_its_words(self, at, browser):
         with visiting(browser, at, java_script_enabled=False) as visit:
@@ -355,7 +322,9 @@ class TestAlone:
 
         return opened
 
-    @pytest.mark.parametrize(("state", "shown"), [({"sigma": 1}, True), ({"correct": False}, False)])
+    @pytest.mark.parametrize(
+        ("state", "shown"), [({"sigma": 1}, True), ({"correct": False}, False)]
+    )
     def test_a_link_to_a_folded_setting_unfolds_it(self, alone, state, shown):
         more = alone("cycles", **state).locator("details")
         assert more.evaluate("it => it.open") == shown
@@ -372,7 +341,7 @@ class TestAlone:
         picture = alone("showcase", place=11)
         truth = picture.locator("path.is-ghost").first
         before = truth.get_attribute("d")
-        by_mouse(picture, "place", -1)
+        taking_hold.by_mouse(picture, "place", -1)
         folded = seen(picture)
         assert truth.get_attribute("d") == before
         picture.page.mouse.move(0, 0)
@@ -383,11 +352,11 @@ class TestAlone:
         apart = np.linalg.norm(places[:, None] - places, axis=2)
         late = next(k for k in range(40, 98) if (apart[k, : k - 5] < 0.01).any())
         picture = alone("cycles", wrong=[late, 5])
-        there = middle(picture, "closure-0-0")
-        by_keyboard(picture, "closure-0-0", 1)
+        there = taking_hold.middle(picture, "closure-0-0")
+        taking_hold.by_keyboard(picture, "closure-0-0", 1)
         seen(picture)
         mouse = picture.page.mouse
-        mouse.move(*middle(picture, "closure-0-0"))
+        mouse.move(*taking_hold.middle(picture, "closure-0-0"))
         mouse.down()
         mouse.move(*there, steps=12)
         seen(picture)
@@ -396,19 +365,23 @@ class TestAlone:
     @pytest.mark.parametrize("key", ["offset", "closure-0-0"])
     def test_of_handles_at_one_place_the_last_one_is_taken_again(self, alone, key):
         picture = alone("breaking", ends=[2, 9], offset=[-1, 0])
-        assert middle(picture, "offset") == pytest.approx(middle(picture, "closure-0-0"), abs=1)
+        assert taking_hold.middle(picture, "offset") == pytest.approx(
+            taking_hold.middle(picture, "closure-0-0"), abs=1
+        )
         picture.locator(f"[data-handle={key}]").focus()
-        by_mouse(picture, key, 1)
+        taking_hold.by_mouse(picture, key, 1)
         assert picture.evaluate("() => document.activeElement.dataset.handle") == key
 
     def test_the_best_attack_is_told_once_the_question_is_answered(self, alone):
         picture = alone("breaking", offset=[0, 1], count=3)
-        assert words(picture).startswith("Fooled") and "best attack" not in words(picture)
+        assert taking_hold.words(picture).startswith(
+            "Fooled"
+        ) and "best attack" not in taking_hold.words(picture)
         picture.locator(".rs-predict label").first.click()
         assert "The best attack has 2 outliers" in seen(picture).caption
 
     def test_a_tie_is_named(self, alone):
-        told = words(alone("consistency", count=8))
+        told = taking_hold.words(alone("consistency", count=8))
         assert told.startswith("8 against 8 is a tie: PCM happens to keep the outliers")
 
     def test_an_answer_joins_the_closure_and_changes_nothing_else(self, alone):
@@ -420,9 +393,8 @@ class TestAlone:
 
 def states_between(at: str, browser: Browser, motion: str) -> int:
     """How many maps are seen on the way from one state to the next."""
-    with visiting(
-        browser, at, viewport={"width": 1280, "height": 900}, reduced_motion=motion
-    ) as visit:
+    size = {"width": 1280, "height": 900}
+    with visiting(browser, at, viewport=size, reduced_motion=motion) as visit:
         found = visit.page.evaluate(
             """async () => {
               const picture = document.querySelector('.rs-picture[data-live]');

@@ -16,9 +16,8 @@ def test_a_chapter_begins_with_its_length_and_its_goals(name, site):
     assert line
     minutes = re.match(r"\d+(?= minutes )", line.get_text())
     assert minutes and 30 <= int(minutes[0]) <= 150
-    table = site.parsed("chapters/students").select_one(
-        line.a["href"].removeprefix("students.html")
-    )
+    place = line.a["href"].removeprefix("students.html")
+    table = site.parsed("chapters/students").select_one(place)
     row = table.select_one(f'tr:has(a[href="{name.split("/")[1]}.html"])')
     assert row.find_all("td")[-1].get_text() == minutes[0]
     assert page.select_one(line.find_all("a")[2]["href"]), "the one link to the code"

@@ -11,6 +11,8 @@ from typing import Any
 
 import yaml
 
+from .. import as_user
+
 PACKAGES = sysconfig.get_path("purelib")
 OFFLINE = {
     "PIP_NO_INDEX": "1",
@@ -88,13 +90,8 @@ class Runner:
         given = {name: self._value(str(text)) for name, text in step.get("env", {}).items()}
         # Only a step that asks for bash by name fails where the first of a pipe does.
         flags = ["--noprofile", "--norc", "-eo", "pipefail"] if "shell" in step else ["-e"]
-        return subprocess.run(
-            ["bash", *flags, "-c", self._value(step["run"])],
-            cwd=self.clone,
-            env={**self.environment(), **given},
-            capture_output=True,
-            text=True,
-        )
+        script, variables = self._value(step["run"]), self.environment() | given
+        return as_user.ended(["bash", *flags, "-c", script], cwd=self.clone, env=variables)
 
     def _value(self, text: str) -> str:
         return LOOK_UP.sub(lambda match: self.known[match.group(1)], text)

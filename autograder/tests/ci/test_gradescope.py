@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-import subprocess
 import sysconfig
 import tempfile
 import zipfile
@@ -62,8 +61,7 @@ def archive(tmp_path_factory):
     """The toy's archive, from a course that carries the grader."""
     root = tmp_path_factory.mktemp("course")
     tree = world.make(root)
-    listed = ["git", "-C", str(GRADER), "ls-files", "-z"]
-    done = subprocess.run(listed, capture_output=True, text=True)
+    done = as_user.ended(["git", "-C", GRADER, "ls-files", "-z"])
     # Where the course is in no repository, as the public one may be, the folder itself.
     known = [name for name in done.stdout.split("\0") if name]
     for name in known or [str(path.relative_to(GRADER)) for path in GRADER.rglob("*")]:
@@ -71,16 +69,13 @@ def archive(tmp_path_factory):
             target = root / "autograder" / name
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(GRADER / name, target)
-    world.write(
-        root,
-        "solutions/course.toml",
-        '[install.assignments]\nrobust-slam-autograder = "autograder"\n',
-    )
+    install = '[install.assignments]\nrobust-slam-autograder = "autograder"\n'
+    world.write(root, "solutions/course.toml", install)
     world.track(root)
     out = tmp_path_factory.mktemp("outside")
     labels = ["--misconceptions", str(tmp_path_factory.mktemp("labels"))]
-    made = [["misconceptions", "--to", labels[1]], ["init-ci", "gradescope", *labels]]
-    for command in (made[0], [*made[1], "--out", str(out)]):
+    make = ["init-ci", "gradescope", *labels, "--out", str(out)]
+    for command in (["misconceptions", "--to", labels[1]], make):
         assert cli.main(["--solutions", str(tree), *command]) == 0
     return out / f"{toy.NAME}.zip"
 
@@ -102,13 +97,7 @@ def container(archive, request):
     for name in ("results", "submission"):
         (root / name).mkdir()
     runner = running.Runner(root.parent / "runner", offline=offline, with_python=False)
-    done = subprocess.run(
-        ["bash", str(source / "setup.sh")],
-        cwd=root,
-        env=runner.environment(),
-        capture_output=True,
-        text=True,
-    )
+    done = as_user.ended(["bash", source / "setup.sh"], cwd=root, env=runner.environment())
     assert done.returncode == 0, done.stdout + done.stderr
     (site,) = (root / "python").glob("lib/python*/site-packages")
     installed = site / "robust_slam_autograder" / "ci" / "templates" / "gradescope" / "setup.sh"
@@ -130,13 +119,9 @@ def submit(container):
         found = container / "results" / "results.json"
         found.unlink(missing_ok=True)
         words = [*before, str(container / "run_autograder")]
-        done = subprocess.run(
-            as_user.command(words, uid=0) if before else words,
-            cwd=container,
-            env={"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/"},
-            capture_output=True,
-            text=True,
-        )
+        words = as_user.command(words, uid=0) if before else words
+        variables = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/"}
+        done = as_user.ended(words, cwd=container, env=variables)
         assert done.returncode == 0, done.stderr
         value: dict[str, Any] = json.loads(found.read_text("utf-8"))
         jsonschema.validate(value, SCHEMA)

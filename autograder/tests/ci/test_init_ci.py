@@ -96,8 +96,7 @@ def test_students_install_from_the_public_repository(course):
 )
 def test_wrong_use_writes_nothing(course, autograder, arguments, sentence):
     before = world.files(course)
-    status, _, err = autograder("--solutions", "solutions", "init-ci", *arguments)
-    assert status == 2 and sentence in err
+    assert autograder("--solutions", "solutions", "init-ci", *arguments).refused(sentence)
     assert world.files(course) == before
 
 
@@ -105,8 +104,7 @@ def test_wrong_use_writes_nothing(course, autograder, arguments, sentence):
 def test_a_course_that_does_not_say_what_to_install_is_told_so(tmp_path, autograder, target):
     toy.make_tree(tmp_path)
     out = tmp_path / "out"
-    status, _, err = autograder("init-ci", target, "--out", out)
-    assert status == 2 and "course.toml" in err
+    assert autograder("init-ci", target, "--out", out).refused("course.toml")
     assert not out.exists() or not world.files(out)
 
 

@@ -16,7 +16,6 @@ from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from .. import toy
 
-RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
 WRONG = "def double(x):\n    return x\n"
 ADA = f"submitted/ada/{toy.NAME}"
 
@@ -45,8 +44,7 @@ def test_it_tells_its_version(autograder, monkeypatch):
 
 
 def test_a_folder_says_student_and_assignment(course, grade, monkeypatch):
-    status, out, _ = grade(f"{ADA}/", course / ADA)
-    assert status == 0 and "1 graded" in out
+    assert grade(f"{ADA}/", course / ADA).worked("1 graded")
     assert score("ada") == toy.MOST and toy.result(Path("out"), "ada")["sandbox"] in toy.quickly()
     monkeypatch.chdir(ADA)
     assert grade(".", "--out", course / "here")[0] == 0
@@ -81,16 +79,14 @@ def test_a_notebook_is_the_work_of_the_student_in_its_name(course, grade):
 )
 def test_wrong_use_grades_nothing(course, grade, arguments, sentence):
     toy.write(course / "copy.ipynb", toy.answer())
-    status, out, err = grade(*arguments)
-    assert status == 2 and sentence in err and out == ""
+    assert grade(*arguments).refused(sentence)
     assert not Path("out").exists() and not Path("maks").exists()
 
 
 def test_odd_folder_names_are_refused_and_the_batch_goes_on(course, grade):
     names = ("two\nlines", ".hidden", "a\u202eb", "ä" * 101, "a" * 129, "gradebook.db")
     odd = [toy.hand_in(course / "submitted", name, toy.answer()) for name in names]
-    status, out, _ = grade(*odd, ADA)
-    assert status == 0 and f"1 graded, {len(names)} refused" in out
+    assert grade(*odd, ADA).worked(f"1 graded, {len(names)} refused")
     stand_ins = [path.name for path in Path("out").glob("student-*")]
     reasons = [toy.result(Path("out"), stand_in)["reason"] for stand_in in stand_ins]
     assert len(reasons) == len(names)
@@ -137,14 +133,12 @@ def test_a_reader_that_closes_the_pipe_causes_no_traceback():
 
 def test_without_a_sandbox_nothing_is_graded(autograder, monkeypatch):
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
-    status, _, err = autograder("grade", ADA, "--out", "out")
-    assert status == 2 and "--unsandboxed" in err
+    assert autograder("grade", ADA, "--out", "out").refused("--unsandboxed")
 
 
 def test_a_place_that_cannot_be_written_is_named(course, grade):
     (course / "file").touch()
-    status, _, err = grade(ADA, "--out", course / "file")
-    assert status == 2 and str(course / "file") in err
+    assert grade(ADA, "--out", course / "file").refused(str(course / "file"))
 
 
 def test_a_failure_of_the_grader_is_status_1(course, grade):
@@ -206,7 +200,7 @@ def test_marks_reach_the_gradebook_once(autograder, wall_name):
 
 def test_the_gradebook_follows_a_result_that_came_out_otherwise(course, autograder):
     dice, out = course / "dice", course / "out"
-    code = f"{RIGHT}if not __import__('os').path.exists({str(dice)!r}):\n    double = abs\n"
+    code = f"{toy.RIGHT}if not __import__('os').path.exists({str(dice)!r}):\n    double = abs\n"
     toy.hand_in(course / "submitted", "ada", toy.answer(code))
     for points in (10, 20):
         assert autograder("grade", ADA, "--out", out, "--unsandboxed")[0] == 0
@@ -254,8 +248,7 @@ class TestCheck:
     def test_wrong_use_names_the_remedy(self, course, autograder, arguments, sentence):
         (course / "broken.ipynb").write_text("{")
         toy.write(course / "mine.ipynb", toy.answer())
-        status, out, err = autograder("check", *arguments)
-        assert (status, out) == (2, "") and sentence in err
+        assert autograder("check", *arguments).refused(sentence)
 
     def test_the_release_has_the_original_tests(self, course, check, autograder):
         release(course / "solutions", [], course / "release")
@@ -268,9 +261,8 @@ class TestCheck:
         assert "✓ passed   apply (visible cases; 1 hidden case remains)" in out
         other = toy.write(course / "other.ipynb", without_tests)
         status, _, err = autograder("check", other, "--release", course / "release")
-        assert (
-            status == 2 and f"{course / 'release'} holds the releases of {toy.NAME}: name" in err
-        )
+        holds = f"{course / 'release'} holds the releases of {toy.NAME}: name"
+        assert status == 2 and holds in err
         assert f"autograder check other.ipynb --release {course / 'release' / toy.NAME}" in err
         assert autograder("check", other, "--release", course / "release" / toy.NAME)[0] == 1
 
@@ -278,8 +270,7 @@ class TestCheck:
         """Nor is it one in the grade, where it was marked 0 without a word."""
         triple = toy.cell("def triple(x): pass", "triple", solution=True)
         other = toy.notebook([toy.cell(toy.SETUP, "setup", locked=True), triple])
-        status, _, err = check(other)
-        assert status == 2 and "Nothing in this notebook is of" in err
+        assert check(other).refused("Nothing in this notebook is of")
         handed = toy.hand_in(course / "submitted", "bo", other)
         status, out, _ = autograder("grade", handed, "--out", "graded", *toy.quickly())
         assert status == 0 and "refused: Nothing in this notebook is of 07-toy, so it may" in out
@@ -307,7 +298,7 @@ class TestCheck:
         if "packages" in config:
             settings = settings.replace('packages = ["numpy"]', "")
         Path("autograder.toml").write_text(f"{config}\n{settings}")
-        status, out, _ = check(toy.answer(f"import {module}\n{RIGHT}"))
+        status, out, _ = check(toy.answer(f"import {module}\n{toy.RIGHT}"))
         assert status == (0 if said is None else 1) and (said or "") in out
 
 

@@ -38,8 +38,7 @@ def test_it_says_what_student_code_would_see_of_the_course(autograder, monkeypat
     tree, out = toy.make_tree(tmp_path), tmp_path / "graded"
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"fork": Fork()})
     monkeypatch.setattr(Fork, "problem", lambda wall: None)
-    status, said, _ = autograder("doctor", "--out", out)
-    assert status == 0 and doctor.SEEN in said
+    assert autograder("doctor", "--out", out).worked(doctor.SEEN)
     (tmp_path / "__init__.py").touch()
     monkeypatch.syspath_prepend(tmp_path.parent)
     toy.make_tree(tmp_path, f"packages = {json.dumps([*toy.PACKAGES, tmp_path.name])}\n")

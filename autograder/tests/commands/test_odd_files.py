@@ -1,6 +1,7 @@
 """One student's odd file costs no other student a mark, and is named harmlessly."""
 
 import glob
+import itertools
 import os
 import shutil
 import socket
@@ -165,18 +166,16 @@ def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path):
 
 def test_the_documented_command_grades_everyone_else(course, run):
     bob = course / "submitted" / "bob"
-    for number, name in enumerate([*HOSTILE.values(), *PLACES]):
-        make = list(KINDS.values())[number % len(KINDS)]
-        make(bob / name)
+    makes = itertools.cycle(KINDS.values())
+    for name in (*HOSTILE.values(), *PLACES):
+        next(makes)(bob / name)
     # Its name is a command to GitHub, and the name of a file beside the results.
-    students = ["::error::x", "##[error]y", "marks.json", "zoe\u0308", "zo\u00eb"]
-    for student in students:
+    for student in ("::error::x", "##[error]y", "marks.json", "zoe\u0308", "zo\u00eb"):
         toy.hand_in(course / "submitted", student, toy.answer())
     summary = course / "out" / "marks.json"
+    grade = ("grade", *everything(course), *toy.quickly(), "--seed", 1, "--json", summary)
     for _ in range(2):
-        status, out, err = run(
-            *("grade", *everything(course), *toy.quickly(), "--seed", 1, "--json", summary)
-        )
+        status, out, err = run(*grade)
         assert status == 0 and "6 graded, 1 refused, 0 failed" in out
         assert err.count("left out: ") == len(HOSTILE) + len(PLACES)
         assert is_harmless(out + err)
@@ -209,9 +208,8 @@ def test_what_is_no_submission_is_refused_and_the_others_are_graded(course, run,
         odd = course / "submitted" / kind / toy.NAME
         odd.parent.mkdir()
         make(odd)
-    where = ("grade", *everything(course), "--sandbox", wall_name)
     # A notebook counts under any name: only its place tells whose it is.
-    status, out, err = run(*where)
+    status, out, err = run("grade", *everything(course), "--sandbox", wall_name)
     assert status == 0 and f"3 graded, {len(kinds) - 1} refused, 0 failed" in out, err
     assert toy.result(course / "out", "notebook")["score"] == toy.MOST
 

@@ -118,23 +118,18 @@ def test_without_names_the_index_leads_to_no_page_of_before(graded, run):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("spoil", "arguments", "sentence"),
     [
-        (["09-none"], f"holds no result of 09-none; there are {toy.NAME}, {OTHER}."),
-        (["--out", "nowhere"], "nowhere holds no result: grade first"),
+        (str, ["09-none"], f"holds no result of 09-none; there are {toy.NAME}, {OTHER}."),
+        (str, ["--out", "nowhere"], "nowhere holds no result: grade first"),
+        (lambda path: shutil.copy(path, path.with_name("index.json")), [], "named index"),
+        (lambda path: path.write_text("{"), [], f"{toy.NAME}.json is no result file"),
     ],
+    ids=["no such assignment", "no results", "an assignment named index", "no result"],
 )
-def test_wrong_use_is_told(graded, run, arguments, sentence):
-    status, out, err = run(*arguments)
-    assert (status, out) == (2, "") and sentence in err
-    assert not (graded / "report").exists()
-
-
-def test_no_assignment_takes_the_place_of_the_index(graded, run):
-    made = graded / "graded" / "cleo" / f"{toy.NAME}.json"
-    shutil.copy(made, made.with_name("index.json"))
-    status, _, err = run()
-    assert status == 2 and "named index" in err
+def test_what_cannot_be_shown_is_told(graded, run, spoil, arguments, sentence):
+    spoil(graded / "graded" / "cleo" / f"{toy.NAME}.json")
+    assert run(*arguments).refused(sentence)
     assert not (graded / "report").exists()
 
 
@@ -143,14 +138,6 @@ def test_a_place_that_cannot_be_written_is_named(graded, run):
     status, out, err = run()
     assert (status, out) == (1, "")
     assert f"{graded / 'report' / toy.NAME}.html cannot be written" in err
-
-
-def test_a_file_that_is_no_result_is_named(graded, run):
-    path = graded / "graded" / "cleo" / f"{toy.NAME}.json"
-    path.write_text(path.read_text()[:1])
-    status, _, err = run()
-    assert status == 2 and f"{toy.NAME}.json is no result file" in err
-    assert not (graded / "report").exists()
 
 
 MARKING = f"""\
@@ -202,6 +189,5 @@ def test_who_marks_whom_and_what_is_asked_is_on_the_page_and_open_ones_on_the_in
 def test_a_file_of_markers_that_cannot_be_meant_is_refused(graded, run, old, new, words):
     assert old in MARKING
     (graded / "marking.toml").write_text(MARKING.replace(old, new))
-    status, out, err = run()
-    assert (status, out) == (2, "") and words in err and "marking.toml" in err
+    assert run().refused(words, "marking.toml")
     assert not (graded / "report").exists()

@@ -5,11 +5,7 @@ from collections.abc import Callable
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.executor.session import (
-    SessionFault,
-    StudentError,
-    student_error,
-)
+from robust_slam_autograder.executor.session import SessionFault, StudentError, student_error
 from robust_slam_autograder.protocol.channel import RaisedThere
 from robust_slam_autograder.reading.assignment import Limits
 from robust_slam_autograder.sandbox import Unsandboxed
@@ -25,9 +21,8 @@ def begin():
     """Begins sessions whose cells define f, g, make and value."""
     names = ("f", "g", "make", "value")
     with contextlib.ExitStack() as stack:
-        yield lambda *cells, limits=QUICK, **options: stack.enter_context(
-            started(*cells, limits=limits, names=names, **options)
-        )
+        settings = {"limits": QUICK, "names": names}
+        yield lambda *cells, **more: stack.enter_context(started(*cells, **settings | more))
 
 
 def fault_of(call: Callable[[], object]) -> str:

@@ -31,14 +31,8 @@ def start(folder: Path, *tasks: str) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, "-c", BATCH, *tasks], env=environment, **pipes)
 
 
-@pytest.mark.parametrize(
-    "task",
-    [
-        "__import__('time').sleep(600)",
-        # Nothing written in Python could interrupt this.
-        "sum(range(10**13))",
-    ],
-)
+# Nothing written in Python could interrupt the second.
+@pytest.mark.parametrize("task", ["__import__('time').sleep(600)", "sum(range(10**13))"])
 def test_a_killed_batch_takes_its_processes_and_its_folder_with_it(task):
     with tempfile.TemporaryDirectory(prefix="t") as name:
         batch = start(Path(name), task, task)

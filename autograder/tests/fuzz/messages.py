@@ -37,15 +37,12 @@ def header(draw: st.DrawFn, kind: str, length: int) -> bytes:
 def blob(draw: st.DrawFn) -> bytes:
     """Text, bytes or an extension of any code, of bytes that need not fit."""
     kind = draw(st.sampled_from(["text", "bytes", "extension"]))
-    body = draw(st.binary(max_size=12) | st.text(max_size=4).map(_encoded))
+    body = draw(st.binary(max_size=12) | ENCODED)
     code = bytes([draw(CODES) % 256]) if kind == "extension" else b""
     return draw(header(kind, len(body))) + code + body
 
 
-def _encoded(text: str) -> bytes:
-    return text.encode("utf-8", "surrogatepass")
-
-
+ENCODED = st.text(max_size=4).map(lambda text: text.encode("utf-8", "surrogatepass"))
 CODES = st.integers(1, 6) | st.integers(-128, 127)
 SIDES = st.integers(0, 3) | st.sampled_from([-1, 2**31, 2**32, 2**62, 2**63, 2**64 - 1])
 TYPES = st.sampled_from([*"?bBhHiIlLqQefdFDOgGSUVMm", "<d", "i4,O", "", "dd"])

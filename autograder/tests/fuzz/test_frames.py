@@ -89,7 +89,7 @@ def call_back(function: Callable[..., Any], *args: object) -> object:
     return function(*args)
 
 
-OURS = (
+FUNCTIONS = (
     *(echo, fail, lambda *args: {1, 2}, call_back),
     lambda *functions: [function(echo) for function in functions],
     lambda *args: lambda: args,
@@ -118,7 +118,7 @@ def channel_that_reads(data: bytes, ends: bool) -> Iterator[Channel]:
 
 def converse(data: bytes, ends: bool) -> None:
     with channel_that_reads(data, ends) as channel, contextlib.suppress(*KNOWN):
-        channel.call(Handle("name", "any"), (list(OURS),), {})
+        channel.call(Handle("name", "any"), (list(FUNCTIONS),), {})
     with channel_that_reads(data, ends) as channel:
         try:
             channel.serve()

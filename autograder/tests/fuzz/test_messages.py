@@ -98,15 +98,11 @@ HEAVY = {
     "an array in nested tuples": lambda: (b"\x92" + extension(TUPLE, b"")) * 20 + array_of(BIG),
     "an array in nested extensions": lambda: in_extensions(array_of(BIG // 2), 20),
     "claims in each other": lambda: (b"\xdd" + CLAIMED) * 1000 + bytes(MANY - 6000),
-    "claimed dicts in each other": lambda: (
-        (b"\xdf" + CLAIMED + b"\xc0") * 1000 + bytes(MANY - 6000)
-    ),
+    "claimed dicts in each other": lambda: b"\xdf%b\xc0" % CLAIMED * 1000 + bytes(MANY - 6000),
     "empty dicts": lambda: b"\xdd" + CLAIMED + b"\x80" * MANY,
     "short texts": lambda: b"\xdd" + CLAIMED + b"\xa2ab" * MANY,
     "empty arrays": lambda: b"\xdd" + CLAIMED + extension(1, b"\x93\xa1d\x91\x00\xc4\x00") * MANY,
-    "a text of wide letters": lambda: (
-        b"\xdb" + struct.pack(">I", BIG) + "😀".encode() + b"a" * (BIG - 4)
-    ),
+    "wide letters": lambda: struct.pack(">BI", 0xDB, BIG) + "😀".encode() + b"a" * (BIG - 4),
     "a dict of lists": lambda: b"\xdf" + CLAIMED + b"\xcd\x01\x01\x90" * MANY,
 }
 

@@ -54,9 +54,8 @@ _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[][{},:]|[^][{},:"\s]+')
 def _value(tokens: list[str], rng: np.random.Generator) -> slice:
     """Where a value stands: a scalar, a list or an object, mostly one that is no key."""
     starts = [n for n, token in enumerate(tokens) if token not in "]},:"]
-    values = (
-        [n for n in starts if tokens[n + 1 : n + 2] != [":"]] if rng.random() < 0.9 else starts
-    )
+    no_keys = [n for n in starts if tokens[n + 1 : n + 2] != [":"]]
+    values = no_keys if rng.random() < 0.9 else starts
     end = start = values[rng.integers(len(values))] if values else 0
     depth = 0
     while end < len(tokens):

@@ -29,22 +29,14 @@ def export(function: Any) -> Handle:
     return function.handle
 
 
-def from_bits(bits: int) -> float:
-    """Any double at all, with any payload that a NaN may have."""
-    return struct.unpack("<d", struct.pack("<Q", bits))[0]
-
-
 EDGES = [edge + step for edge in (0, 2**31, 2**53, 2**63, 2**64, 2**4090) for step in (-1, 0, 1)]
 INTEGERS = st.integers(-(2**300), 2**300) | st.sampled_from(EDGES + [-edge for edge in EDGES])
-FLOATS = st.floats() | st.integers(0, 2**64 - 1).map(from_bits)
+BITS = st.integers(0, 2**64 - 1)
+FLOATS = st.floats() | BITS.map(lambda bits: struct.unpack("<d", struct.pack("<Q", bits))[0])
+"""Any double at all, with any payload that a NaN may have."""
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
-DTYPES = (
-    hnp.boolean_dtypes()
-    | hnp.integer_dtypes()
-    | hnp.unsigned_integer_dtypes()
-    | hnp.floating_dtypes()
-    | hnp.complex_number_dtypes(sizes=(64, 128))
-)
+REAL = hnp.integer_dtypes() | hnp.unsigned_integer_dtypes() | hnp.floating_dtypes()
+DTYPES = hnp.boolean_dtypes() | REAL | hnp.complex_number_dtypes(sizes=(64, 128))
 LAYOUTS: list[Callable[[Any], Any]] = [
     lambda array: array,
     np.asfortranarray,
@@ -77,17 +69,8 @@ HANDLES = st.builds(
     st.sampled_from(["mine", "yours"]),
     st.integers(0, 2**64 - 1),
 )
-LEAVES = (
-    st.none()
-    | st.booleans()
-    | INTEGERS
-    | FLOATS
-    | st.builds(complex, FLOATS, FLOATS)
-    | TEXT
-    | ARRAYS
-    | SCALARS
-    | HANDLES
-)
+NUMBERS = INTEGERS | FLOATS | st.builds(complex, FLOATS, FLOATS)
+LEAVES = st.none() | st.booleans() | NUMBERS | TEXT | ARRAYS | SCALARS | HANDLES
 
 
 def nested(leaves: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:

@@ -13,16 +13,14 @@ from robust_slam_autograder.sandbox import Sandbox
 
 from .. import kernel, toy
 
-GUESS = "def double(x):\n    return 6\n"
-
 
 def make_course(folder: Path) -> Path:
     toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 3\n")
     answers = {
         "ada": toy.answer(),
-        "bob": toy.answer("def double(x):\n    while True: pass\n"),
-        "cem": toy.answer("import os\ndef double(x):\n    os._exit(0)\n"),
-        "dot": toy.answer(GUESS),
+        "bob": toy.answer(toy.LOOP),
+        "cem": toy.answer(toy.EXIT),
+        "dot": toy.answer(toy.GUESS),
     }
     for student, value in answers.items():
         toy.hand_in(folder / "submitted", student, value)

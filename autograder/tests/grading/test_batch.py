@@ -15,15 +15,7 @@ from robust_slam_autograder.grading.submissions import Submission
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from .. import toy
-from .course import (
-    GUESS,
-    grade,
-    jobs,
-    leave,
-    make_course,
-    marks,
-    same_but_for_time,
-)
+from .course import grade, jobs, leave, make_course, marks, same_but_for_time
 from .disks import full_disk
 
 RANDOM = """
@@ -122,10 +114,7 @@ def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(course, start
         ("ada", "graded", 20, ("passed", "passed")),
         ("bob", "graded", 10, ("timeout", "passed")),
     ]
-    assert {(student, is_hidden) for student, is_hidden, _ in started} == {
-        ("ada", True),
-        ("bob", True),
-    }
+    assert {(who, is_hidden) for who, is_hidden, _ in started} == {("ada", True), ("bob", True)}
     assert not (course / "out" / batch.WAITING_NAME).exists()
 
 
@@ -139,9 +128,8 @@ def test_a_call_that_nothing_interrupts_is_the_students_timeout(course, started,
     long = "def double(x):\n    return 6 if x == 3 else x(10**12)\n"
     for student in ("ada", "bob"):
         toy.hand_in(course / "submitted", student, toy.answer(long))
-    assert marks(grade(course)) == [
-        (student, "graded", 14, ("timeout", "passed")) for student in ("ada", "bob")
-    ]
+    ended = ("graded", 14, ("timeout", "passed"))
+    assert marks(grade(course)) == [("ada", *ended), ("bob", *ended)]
     assert len(started) == 4, "nothing was graded once more"
 
 
@@ -169,11 +157,8 @@ def test_each_student_is_graded_with_a_number_of_their_own(course):
     toy.hand_in(course / "submitted", "dot", toy.answer())
     kept = journal.open_journal(course / "out", 1)
     kept.give_towns()
-    for town, scores in (
-        (0, [16, 16]),
-        (kept.town("ada"), [20, 16]),
-        (kept.town("dot"), [16, 20]),
-    ):
+    ada, dot = kept.town("ada"), kept.town("dot")
+    for town, scores in ((0, [16, 16]), (ada, [20, 16]), (dot, [16, 20])):
         toy.make_tree(course, value=toy.source_notebook(double_by_hand=seen.format(town)))
         assert [item.load().score for item in grade(course)] == scores
 
@@ -203,13 +188,10 @@ def test_what_is_installed_counts_and_not_what_a_package_carries(
 
 
 def test_a_second_batch_waits_for_its_turn(tmp_path):
-    with (
-        batch.locked(tmp_path / "out"),
-        pytest.raises(WrongUse, match="Another batch"),
-        batch.locked(tmp_path / "out"),
-    ):
+    out = tmp_path / "out"
+    with batch.locked(out), pytest.raises(WrongUse, match="Another batch"), batch.locked(out):
         pass
-    with batch.locked(tmp_path / "out"):
+    with batch.locked(out):
         pass
 
 
@@ -229,24 +211,22 @@ class Failing:
         raise RuntimeError("hidden input 0.25")
 
 
-@pytest.mark.parametrize(
-    ("how", "reason"),
-    [
-        ("exit", "The grader ended with exit status 7 on this submission."),
-        ("hang", "The grader took longer than its limits on this submission."),
-        ("raise", "The grader failed on this submission (RuntimeError)."),
-    ],
-)
-def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
-    course, monkeypatch, how, reason
-):
+FAILURES = {
+    "exit": "The grader ended with exit status 7 on this submission.",
+    "hang": "The grader took longer than its limits on this submission.",
+    "raise": "The grader failed on this submission (RuntimeError).",
+}
+
+
+@pytest.mark.parametrize("how", FAILURES)
+def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(course, monkeypatch, how):
     if how == "hang":
         toy.make_tree(course, "[limits]\nnotebook_seconds = 0.1\n")
         monkeypatch.setattr(batch, "GRACE_SECONDS", 0.3)
     leave(course, "ada", "dot")
     graded = grade(course, wall=Failing(how))
     assert [item.status for item in graded] == ["failed", "failed"]
-    assert {item.load().reason for item in graded} == {reason}
+    assert {item.load().reason for item in graded} == {FAILURES[how]}
     assert not journal.open_journal(course / "out", None).graded
 
 
@@ -255,17 +235,14 @@ def test_a_link_on_the_way_is_refused(course):
     (submitted / "zoe").symlink_to("ada")
     (submitted / "yan").mkdir()
     (submitted / "yan" / toy.NAME).symlink_to(submitted / "ada" / toy.NAME)
-    for job in jobs(course)[-2:]:
+    first, *_, yan, zoe = jobs(course)
+    for job in (yan, zoe):
         with pytest.raises(Refused, match="is a link"):
             submissions.locate(job)
-
-
-def test_a_course_below_a_link_is_graded(course):
-    """The instructor's own links are no student's."""
+    # The instructor's own links are no student's.
     (course / "elsewhere").symlink_to("submitted")
-    job = jobs(course)[0]
     path = course / "elsewhere" / "ada" / toy.NAME
-    assert submissions.locate(Submission("ada", job.assignment, path))[0].is_file()
+    assert submissions.locate(Submission("ada", first.assignment, path))[0].is_file()
 
 
 def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course):
@@ -277,11 +254,8 @@ def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course):
     (submitted / "cem").symlink_to("ada")
     (submitted / "dot" / toy.NAME / f"{toy.NAME}.ipynb").unlink()
     graded = [item.load() for item in grade(course, given=listed)]
-    assert [(r.student, r.status) for r in graded[1:]] == [
-        ("bob", "refused"),
-        ("cem", "refused"),
-        ("dot", "refused"),
-    ]
+    fates = [(r.student, r.status) for r in graded[1:]]
+    assert fates == [("bob", "refused"), ("cem", "refused"), ("dot", "refused")]
     assert graded[0].score == 20
     assert graded[2].reason == "The student's folder cem is a link."
 
@@ -290,10 +264,8 @@ def test_a_full_disk_stops_the_batch_and_loses_nothing(course):
     """The error names the file and the fix; the same command goes on from there."""
     leave(course, "ada", "dot", "eve")
 
-    with (
-        contextlib.ExitStack() as full,
-        pytest.raises(GraderFailure, match=r"\.json cannot be written .*: make room"),
-    ):
+    said = r"\.json cannot be written .*: make room"
+    with contextlib.ExitStack() as full, pytest.raises(GraderFailure, match=said):
         grade(course, workers=1, report=lambda _: full.enter_context(full_disk(200)))
     written = [path.parent.name for path in (course / "out").glob(f"*/{toy.NAME}.json")]
     assert written == ["eve"], "a refusal is whole at once"
@@ -311,7 +283,7 @@ def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(course, mon
     grade(course)
     path = course / "submitted" / "ada" / toy.NAME / f"{toy.NAME}.ipynb"
     old = path.read_bytes()
-    toy.hand_in(course / "submitted", "ada", toy.answer(GUESS))
+    toy.hand_in(course / "submitted", "ada", toy.answer(toy.GUESS))
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(journal.Journal, "remember", interrupt)
         grade(course)

@@ -22,9 +22,9 @@ OWN_FILES = {".lock", ".run.json", ".run.log", "gradebook.db"}
 
 ANSWERS = {
     "right": toy.DOUBLE,
-    "guess": "def double(x):\n    return 6\n",
-    "loop": "def double(x):\n    while True: pass\n",
-    "exit": "import os\ndef double(x):\n    os._exit(0)\n",
+    "guess": toy.GUESS,
+    "loop": toy.LOOP,
+    "exit": toy.EXIT,
     "child": "import os, sys\n"
     "wait = [sys.executable, '-c', 'import time; time.sleep(600)']\n"
     "os.posix_spawn(sys.executable, wait, {})\n" + toy.DOUBLE,

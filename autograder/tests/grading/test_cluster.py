@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 from distributed import Client
-from robust_slam_autograder import cli
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import dask_workers as engine
 from robust_slam_autograder.executor.dask_workers import Cluster, Unfit
@@ -34,7 +33,6 @@ from .course import jobs, leave, make_course, same_but_for_time
 pytestmark = pytest.mark.rest
 
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
-"""Where the cluster's processes start, and so find the benchmarks' packages."""
 
 
 @dataclass
@@ -104,12 +102,6 @@ def grade(course: Path, workers: Cluster, **options: Any) -> list[Graded]:
     most = len(options.get("given") or jobs(course))
     there = functools.partial(remote.grade, workers)
     return grade_here(course, workers=most, graders=there, **options)
-
-
-def graded_here(job: Submission) -> Outcome:
-    """What the visible pass comes to in this process, for a submission as it lies on the disk."""
-    task = submissions.Fingerprints(1, Unsandboxed()).read(job)
-    return batch.run_pass(task, seed=1, sandbox=Unsandboxed())
 
 
 def lines(out: Path) -> Counter[str]:
@@ -192,11 +184,9 @@ def test_a_stop_cancels_what_waits(tmp_path, two):
         assert sum(item.reused for item in grade(tmp_path, workers)) == 1
 
 
-def test_the_command_says_what_is_missing(tmp_path, monkeypatch, capsys):
-    tree = toy.make_tree(tmp_path)
-    folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
-    command = ["--solutions", str(tree), "grade", str(folder), "--unsandboxed"]
-    command += ["--out", str(tmp_path / "out"), "--scheduler"]
+def test_the_command_says_what_is_missing(course, autograder, monkeypatch):
+    where = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed", "--out", course / "out")
+    command = ("grade", *where, "--scheduler")
     monkeypatch.setattr(engine, "CONNECT_SECONDS", 0.5)
     for address, why in {
         "tcp://127.0.0.1:9": "No Dask scheduler answers at tcp://127.0.0.1:9 (",
@@ -204,25 +194,22 @@ def test_the_command_says_what_is_missing(tmp_path, monkeypatch, capsys):
         "tcp://127.0.0.1": "is not a scheduler's address",
         "tls://127.0.0.1:9": "tls://127.0.0.1:9 needs certificates: set distributed.comm.tls.ca",
     }.items():
-        assert cli.main([*command, address]) == 2
-        assert why in capsys.readouterr().err
+        assert autograder(*command, address).refused(why)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    assert cli.main([*command, "tcp://127.0.0.1:9"]) == 2
-    assert "pip install distributed" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    assert autograder(*command, "tcp://127.0.0.1:9").refused("pip install distributed")
+    assert not (course / "out").exists()
 
 
-def test_the_commands_grade_and_grade_again_on_a_cluster(tmp_path, two, capsys):
-    tree = str(toy.make_tree(tmp_path))
-    folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
-    options = ["--unsandboxed", "--out", str(tmp_path / "out"), "--scheduler", two.address]
-    assert cli.main(["--solutions", tree, "grade", str(folder), *options]) == 0
-    assert toy.result(tmp_path / "out", "ada")["score"] == 20
-    assert "1 graded, 0 refused, 0 failed" in capsys.readouterr().out
-    toy.hand_in(tmp_path / "submitted", "ada", toy.answer(toy.DOUBLE.replace("2 *", "3 *")))
-    again = ["regrade", toy.NAME, "--submitted", str(tmp_path / "submitted"), "--json"]
-    assert cli.main(["--solutions", tree, *again, *options]) == 0
-    (change,) = json.loads(capsys.readouterr().out)["changes"]
+def test_the_commands_grade_and_grade_again_on_a_cluster(course, two, autograder):
+    options = ("--unsandboxed", "--out", course / "out", "--scheduler", two.address)
+    status, said, _ = autograder("grade", course / "submitted" / "ada" / toy.NAME, *options)
+    assert status == 0 and "1 graded, 0 refused, 0 failed" in said
+    assert toy.result(course / "out", "ada")["score"] == 20
+    toy.hand_in(course / "submitted", "ada", toy.answer(toy.DOUBLE.replace("2 *", "3 *")))
+    again = ("regrade", toy.NAME, "--submitted", course / "submitted", "--json")
+    status, said, _ = autograder(*again, *options)
+    (change,) = json.loads(said)["changes"]
+    assert status == 0
     assert change["after"]["score"] < change["before"]["score"] == 20
 
 
@@ -265,7 +252,8 @@ class TestWhatAWorkerMayDo:
 def test_what_is_no_result_of_this_one_is_a_failure_of_the_grader(tmp_path, answer):
     first, second, *_ = jobs(make_course(tmp_path))
     if answer == "another's":
-        answer = graded_here(first).as_text()
+        task = submissions.Fingerprints(1, Unsandboxed()).read(first)
+        answer = batch.run_pass(task, seed=1, sandbox=Unsandboxed()).as_text()
         assert taken(answer, first) == Outcome.from_text(answer)
     assert taken(answer, second) == Broken("sent back no result")
 

@@ -74,9 +74,8 @@ def assignment() -> Assignment:
 
 def grade(tests: Assignment, *own: str, kept: Path) -> Result:
     """Grade a submission that tries every way; ``kept`` outlives its processes."""
-    memory = (
-        f"from pathlib import Path\nKEPT = Path({str(kept)!r})\ndef keep(x): KEPT.write_text(x)\n"
-    )
+    keep = "def keep(x): KEPT.write_text(x)\n"
+    memory = f"from pathlib import Path\nKEPT = Path({str(kept)!r})\n{keep}"
     # It names what the cell that is left out should define, so that every NameError might be
     # its fault.
     again = "if KEPT.exists():\n    raise NameError(KEPT.read_text())\ndef unused(): boom\n"

@@ -2,10 +2,8 @@
 
 import ast
 import os
-import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,6 +15,7 @@ from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 from robust_slam_autograder.sandbox import Unsandboxed
 
 from .. import toy
+from ..as_user import ROOT, ended
 
 RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
 POSITIVE = "def double(x):\n    return abs(2 * np.asarray(x))\n"
@@ -52,6 +51,8 @@ def test_each_case_earns_its_points_whole_or_not_at_all():
     assert (result.score, result.max_score, result.status) == (14, 20, "graded")
     assert outcome(result) == ("partial", 4, "passed")
     assert case(result, "random").message == "Try negative numbers."
+    own = toy.checked(toy.answer(POSITIVE))
+    assert own.score == own.max_score == toy.MOST, "a check runs the visible tests alone"
 
 
 @pytest.mark.parametrize(
@@ -107,10 +108,8 @@ def test_visible_checks_draw_from_the_public_seed():
 
 
 def test_hidden_inputs_are_drawn_from_the_batchs_seed():
-    cell = (
-        "assert double(1.0) == 2.0\n### BEGIN HIDDEN TESTS\n# hint: Double it.\n"
-        "x = rng.normal()\nassert double(x) == 2 * x\n### END HIDDEN TESTS\n"
-    )
+    test = "# hint: Double it.\nx = rng.normal()\nassert double(x) == 2 * x\n"
+    cell = f"assert double(1.0) == 2.0\n### BEGIN HIDDEN TESTS\n{test}### END HIDDEN TESTS\n"
     drawn = float(seeds.case_generator(8, "double-random").normal())
     wrong_there = f"def double(x):\n    return 0.0 if x == {drawn!r} else 2 * x\n"
     tests = toy.assignment(double_random=cell)
@@ -119,9 +118,8 @@ def test_hidden_inputs_are_drawn_from_the_batchs_seed():
 
 
 def test_tests_print_nothing(capfd):
-    loud = toy.DOUBLE_RANDOM.replace("x = rng", "import sys\nx = rng", 1).replace(
-        "got =", "print(x, 'LOUD'); print('LOUD', file=sys.stderr)\ngot =", 1
-    )
+    prints = "import sys; print(x, 'LOUD'); print('LOUD', file=sys.stderr)"
+    loud = toy.DOUBLE_RANDOM.replace("got =", f"{prints}\ngot =", 1)
     assert grade(tests=toy.assignment(double_random=loud)).score == 20
     assert "LOUD" not in "".join(capfd.readouterr())
 
@@ -186,9 +184,8 @@ CALLER = "def apply(f, x, times):\n    return double(f(x)), [{}]\n"
 
 
 def test_who_calls_what_is_not_written_is_told_so():
-    unwritten = toy.graded(
-        toy.answer("def double(x):\n    raise NotImplementedError\n", CALLER.format(""))
-    )
+    unwritten = "def double(x):\n    raise NotImplementedError\n"
+    unwritten = toy.graded(toy.answer(unwritten, CALLER.format("")))
     assert exercise(unwritten).message == messages.NOT_WRITTEN
     said = "apply calls double, which is not written yet: it raises NotImplementedError."
     assert exercise(unwritten, "apply").message == said
@@ -279,11 +276,6 @@ def test_a_hidden_hang_keeps_what_was_earned_before_it():
     assert case(result, "random").message == "Try negative numbers."
 
 
-def test_check_runs_the_visible_tests_alone():
-    result = toy.checked(toy.answer(POSITIVE))
-    assert result.score == result.max_score == toy.MOST
-
-
 def test_the_environment_is_left_as_it_was(monkeypatch):
     monkeypatch.setenv(seeds.SEED_VARIABLE, "before")
     grade()
@@ -293,20 +285,14 @@ def test_the_environment_is_left_as_it_was(monkeypatch):
 def test_asserts_count_under_an_optimising_interpreter():
     """`python -O` leaves out asserts: then every test would pass."""
     script = f"from {__name__} import grade; print(grade('double = abs').score)"
-    root = Path(__file__).resolve().parents[__name__.count(".")]
-    command = [sys.executable, "-OO", "-c", script]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    done = ended([sys.executable, "-OO", "-c", script], cwd=ROOT)
     assert done.stdout.strip() == "10", done.stderr
 
 
-@pytest.mark.parametrize(
-    "setup",
-    [
-        {"source": "%matplotlib inline\nimport os\nimport numpy as np\n"},
-        {"source": toy.SETUP, "metadata": {}},
-    ],
-    ids=["magic", "unmarked"],
-)
+MAGIC = {"source": "%matplotlib inline\nimport os\nimport numpy as np\n"}
+
+
+@pytest.mark.parametrize("setup", [MAGIC, {"metadata": {}}], ids=["magic", "unmarked"])
 def test_set_up_cells_of_other_trees_work(setup):
     value = toy.source_notebook()
     value["cells"][0] |= setup

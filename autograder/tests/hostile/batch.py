@@ -26,9 +26,16 @@ from .. import toy
 from ..as_user import ROOT
 from . import catalogue, leaks, verdict
 from .catalogue import BASELINES
+from .cells import TAGS
 from .entry import Entry, Place
 from .target import Target, load
 
+Ended = tuple[int | None, list[str]]
+"""Exit status, none where a command did not end, and what was said."""
+Entries = Sequence[Entry]
+Found = Mapping[str, Mapping[str, Any]]
+"""Results by student."""
+Snapshot = dict[str, tuple[object, ...]]
 SEED = 20_261_121
 LIMITS = "call_seconds = 3\ncell_seconds = 6\nnotebook_seconds = 90\n"
 SHORT = "call_seconds = 0.4\ncell_seconds = 1\nnotebook_seconds = 30\n"
@@ -47,7 +54,7 @@ SHARED = {
     "free-blocks": "how full the machine is",
 }
 """Words of attacks that reach what all sandboxes share, in which one could leave a message."""
-WORDS = ("<each>", "<end>", "<reference>", "<pipe>", "NAME", "RIGHT", "WITHHELD", "OWNER")
+WORDS = (*TAGS, "NAME", "RIGHT", "WITHHELD", "OWNER")
 """Words of templates."""
 NEARBY = ("/tmp", "/var/tmp", "/dev/shm", "~", ".")
 """Folders beside the batch in which an attack's files would be found by its mark."""
@@ -112,9 +119,9 @@ def attack(name: str, wall: str) -> Report:
         before = snapshot(course.root)
         token = f"planted-token-{secrets.token_hex(8)}"
         options = ["--jobs", "4", "--seed", str(SEED), "--sandbox", wall]
-        status, said = _grade(course, entries, options, os.environ | {TOKEN_VARIABLE: token})
+        ended = _grade(course, entries, options, token)
         changed = [f"{path} changed" for path in differences(before, snapshot(course.root))]
-        return _report(course, entries, status, said, token, changed)
+        return _report(course, entries, ended, token, changed)
 
 
 def _label(course: Course) -> None:
@@ -145,12 +152,7 @@ def _make(root: Path, tree: Path, name: str, limits: str) -> Course:
 
 
 def _report(
-    course: Course,
-    entries: Sequence[Entry],
-    status: int | None,
-    said: Sequence[str],
-    token: str,
-    changed: Sequence[str],
+    course: Course, entries: Entries, ended: Ended, token: str, changed: list[str]
 ) -> Report:
     """Look at what became of everything."""
     target, found = course.target, results(course, entries)
@@ -159,7 +161,7 @@ def _report(
     own = {SEED, *(seeds.of_submission(SEED, path.read_bytes()) for path in files)}
     texts = leaks.secrets(target, *own) | {token: "the token"} | SHARED
     drawn = (leaks.drawn(target, seed) for seed in own)
-    out, pages = leaks.places(course.out, said), leaks.places(course.pages)
+    out, pages = leaks.places(course.out, ended[1]), leaks.places(course.pages)
     lost = [(entry, verdict.under_graded(entry, marks, target)) for entry in entries]
     return Report(
         submissions=len(entries),
@@ -174,7 +176,7 @@ def _report(
             *changed,
             *left_behind(course.mark),
         ),
-        stopped=tuple(_stops(status, said, entries, found)),
+        stopped=tuple(_stops(ended, entries, found)),
         under_graded=_sentences(sentence for entry, sentence in lost if entry.kind),
         spilled=_sentences(verdict.spilled(e, marks, target, BASELINES[0]) for e in entries),
         odd=_sentences(_oddity(e, found.get(e.name), target) for e in entries),
@@ -183,12 +185,11 @@ def _report(
 
 
 def _ill_written(course: Course, entries: Iterable[Entry]) -> Iterator[str]:
-    known = "".join(
-        [*map(_text, course.target.released["cells"]), *course.target.answers.values()]
-    )
-    words = [word for word in (*WORDS, *leaks.hidden_lines(course.target)) if word not in known]
+    target = course.target
+    known = "".join([*map(_text, target.released["cells"]), *target.answers.values()])
+    words = [word for word in (*WORDS, *leaks.hidden_lines(target)) if word not in known]
     for entry in entries:
-        path = course.folder(entry) / course.target.file
+        path = course.folder(entry) / target.file
         if not os.path.lexists(path.parent):
             yield f"{entry.name} was not written"
         if entry.kind.startswith(("broken", "files", "others: a link")) or not path.is_file():
@@ -206,16 +207,8 @@ def _sentences(said: Iterable[str]) -> tuple[str, ...]:
     return tuple(sentence for sentence in said if sentence)
 
 
-def _grade(
-    course: Course,
-    entries: Sequence[Entry],
-    options: Sequence[str],
-    environment: Mapping[str, str],
-) -> tuple[int | None, list[str]]:
-    """Grade everything, write the summaries and the pages; exit status and what was said.
-
-    The status is None where a command did not end.
-    """
+def _grade(course: Course, entries: Entries, options: list[str], token: str) -> Ended:
+    """Grade everything, with a secret in the environment; write the summaries and the pages."""
     grader = [sys.executable, "-m", "robust_slam_autograder.cli"]
     grader += ["--solutions", str(course.root / "solutions")]
     paths = [str(course.folder(entry)) for entry in entries]
@@ -229,7 +222,7 @@ def _grade(
         try:
             done = subprocess.run(
                 [*grader, *command],
-                env=environment,
+                env=os.environ | {TOKEN_VARIABLE: token},
                 cwd=course.root,
                 capture_output=True,
                 timeout=BATCH_SECONDS,
@@ -243,13 +236,9 @@ def _grade(
     return 0, said
 
 
-def results(course: Course, entries: Sequence[Entry]) -> dict[str, dict[str, Any]]:
-    found = {}
-    for entry in entries:
-        path = course.out / entry.name / f"{course.target.name}.json"
-        if path.is_file():
-            found[entry.name] = json.loads(path.read_text("utf-8"))
-    return found
+def results(course: Course, entries: Entries) -> Found:
+    paths = {e.name: course.out / e.name / f"{course.target.name}.json" for e in entries}
+    return {name: json.loads(p.read_text("utf-8")) for name, p in paths.items() if p.is_file()}
 
 
 def earned(result: Mapping[str, Any], target: Target) -> dict[str, float]:
@@ -259,12 +248,8 @@ def earned(result: Mapping[str, Any], target: Target) -> dict[str, float]:
     return {ids[exercise, case["name"]]: case["earned"] for exercise, case in pairs}
 
 
-def _stops(
-    status: int | None,
-    said: Sequence[str],
-    entries: Sequence[Entry],
-    found: Mapping[str, Mapping[str, Any]],
-) -> list[str]:
+def _stops(ended: Ended, entries: Entries, found: Found) -> list[str]:
+    status, said = ended
     stops = [f"{entry.name} has no result" for entry in entries if entry.name not in found]
     failed = [(name, value) for name, value in found.items() if value["status"] == "failed"]
     stops += [f"the grader failed on {name}: {value['reason']}" for name, value in failed]
@@ -285,7 +270,7 @@ def _oddity(entry: Entry, result: Mapping[str, Any] | None, target: Target) -> s
     return f"{entry.name} ends {status}, not {entry.ends}" if ends_otherwise else ""
 
 
-def snapshot(root: Path) -> dict[str, tuple[object, ...]]:
+def snapshot(root: Path) -> Snapshot:
     """What lies in a course's folder, but for what the grader makes."""
     found = {}
     for top, folders, files in os.walk(root):
@@ -304,9 +289,7 @@ def _state(path: Path) -> tuple[object, ...]:
     return facts.st_mode, facts.st_uid, facts.st_ino, changed
 
 
-def differences(
-    before: Mapping[str, tuple[object, ...]], after: Mapping[str, tuple[object, ...]]
-) -> list[str]:
+def differences(before: Snapshot, after: Snapshot) -> list[str]:
     """Paths that are new, gone, or not as they were."""
     return sorted(path for path in {*before, *after} if before.get(path) != after.get(path))
 

@@ -11,6 +11,7 @@ A file holds entries, each with a head and the text of the victim's cell::
 
 In a text ``<each>`` … ``<end>`` is repeated for each function, in which NAME is the function
 and RIGHT the right one under another name; without ``<each>`` every function answers wrongly.
+``<def>`` is ``<each>`` and the head of the function, whose body may stand in the same line.
 ``<reference>`` is the right source, ``<pipe>`` helpers that write to the pipe itself. ROOT, MARK,
 FILE, OWNER and WITHHELD stand for what their names say. ``bare`` leaves out the prelude.
 """
@@ -26,7 +27,9 @@ from .target import Notebook, Target
 
 Change = Callable[[Notebook, Target], object]
 FOLDER = Path(__file__).with_name("cells")
-WRONG = "<each>\ndef NAME(*args, **kwargs):\n    return spoil(RIGHT(*args, **kwargs))\n<end>\n"
+TAGS = ("<each>", "<def>", "<end>", "<reference>", "<pipe>")
+DEF = "<each>\ndef NAME(*args, **kwargs):"
+WRONG = f"{DEF} return spoil(RIGHT(*args, **kwargs))\n<end>\n"
 FLAGS = {"timeout", "died", "spills", "bare"}
 _EACH = re.compile(r"^<each>\n(.*?)(?:^<end>\n|\Z)", re.MULTILINE | re.DOTALL)
 _SECTION = re.compile(r"^--- (\w+)\n", re.MULTILINE)
@@ -66,6 +69,7 @@ def frame(data):
 
 def fill(template: str, target: Target, place: Place, *, bare: bool = False) -> str:
     """The text of a cell: a template with everything in its place."""
+    template = template.replace("<def>", DEF)
     text = template if bare else PRELUDE + template
     if not bare and "<each>" not in template and "<reference>" not in template:
         text += WRONG
@@ -146,15 +150,9 @@ def _entries(head: str, text: str) -> Iterator[Entry]:
     sections = dict(zip(pairs[::2], pairs[1::2], strict=True))
     bare = "bare" in flags
     twin = f"{name}-plainly" if "twin" in sections else None
-    yield Entry(
-        name,
-        kind,
-        cast(Bound, bound),
-        in_cell(main, own=sections.get("own", ""), bare=bare),
-        twin=twin,
-        ends=next((flag for flag in ("timeout", "died") if flag in flags), ""),
-        spills="spills" in flags,
-    )
+    write = in_cell(main, own=sections.get("own", ""), bare=bare)
+    ends = next(iter(flags & {"timeout", "died"}), "")
+    yield Entry(name, kind, cast(Bound, bound), write, twin, ends, "spills" in flags)
     if twin:
         yield Entry(twin, "", "any", in_cell(sections["twin"], bare=bare))
 

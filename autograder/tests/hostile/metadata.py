@@ -53,9 +53,7 @@ def _claim_success(cell: dict[str, Any]) -> None:
 
 
 def _retype_solution(kind: str) -> Change:
-    return lambda notebook, target: notebook["cells"][target.index(notebook)].update(
-        cell_type=kind
-    )
+    return lambda book, target: book["cells"][target.index(book)].update(cell_type=kind)
 
 
 def _delete_tests(notebook: Notebook, target: Target) -> None:

@@ -66,13 +66,7 @@ class Target:
 
 
 def load(tree: Path, name: str, releases: Path) -> Target:
-    """Read an assignment from its source tree, and its release, which is made.
-
-    Args:
-        tree: the instructor's source tree.
-        name: which assignment of it.
-        releases: folder for the release.
-    """
+    """Read an assignment of a source tree, and its release, which is made in a folder."""
     path = assignments.notebook_path(tree / name)
     student_release.release(tree, [name], releases)
     found = assignments.load(path)

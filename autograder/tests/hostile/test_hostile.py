@@ -67,11 +67,9 @@ ALL = {"double-by-hand": 4, "double-random": 6, **RIGHT_PART}
 PLAIN = {"plain": RIGHT_PART, "double": {"double-by-hand": 4, **RIGHT_PART}}
 
 
-def said(
-    target: Target, mine: dict[str, float], bound: str, kind: str = "values: nan", twin: str = ""
-) -> list[str]:
+def said(target: Target, mine: dict[str, float], bound: str, kind="values: nan", twin=None):
     """What the verdicts say of marks: inflated, under-graded, spilled."""
-    entry = Entry("mallory", kind, bound, correct.plain, twin=twin or None)
+    entry = Entry("mallory", kind, bound, correct.plain, twin=twin)
     marks = PLAIN | {"mallory": mine}
     return [
         verdict.inflated(entry, marks, target, ["plain"]),

@@ -7,6 +7,8 @@ from .target import Target
 
 Marks = Mapping[str, float]
 """What one submission earned, by the grade id of the case; of a refused one there is none."""
+All = Mapping[str, Marks]
+"""By the submission's name."""
 
 KEEP = ("resources", "values", "reading", "broken")
 """Groups of kinds in which a submission loses in the victim's exercise alone.
@@ -15,9 +17,7 @@ The others change the process that their other exercises run in, or speak for th
 """
 
 
-def inflated(
-    entry: Entry, marks: Mapping[str, Marks], target: Target, baselines: Iterable[str]
-) -> str:
+def inflated(entry: Entry, marks: All, target: Target, baselines: Iterable[str]) -> str:
     """Say what an entry earned that it must not; empty where it did not."""
     mine = marks.get(entry.name, {})
     most = {case.grade_id: case.points for case in target.assignment.cases}
@@ -36,24 +36,23 @@ def inflated(
     return ""
 
 
-def _best(key: str, names: Sequence[str], marks: Mapping[str, Marks]) -> float:
+def _best(key: str, names: Sequence[str], marks: All) -> float:
     return max(marks.get(name, {}).get(key, 0) for name in names)
 
 
-def under_graded(entry: Entry, marks: Mapping[str, Marks], target: Target) -> str:
+def under_graded(entry: Entry, marks: All, target: Target) -> str:
     """Say what an entry that is right did not earn; empty where it earned all."""
     mine = marks.get(entry.name, {})
     lost = [c.grade_id for c in target.assignment.cases if mine.get(c.grade_id, 0) < c.points]
     return f"{entry.name} lost {', '.join(lost)}" if entry.bound == "full" and lost else ""
 
 
-def spilled(entry: Entry, marks: Mapping[str, Marks], target: Target, baseline: str) -> str:
+def spilled(entry: Entry, marks: All, target: Target, baseline: str) -> str:
     """Say what an entry lost in exercises that it answers rightly; empty where it lost nothing."""
     if entry.spills or entry.bound == "refused" or entry.kind.split(":")[0] not in KEEP:
         return ""
     victims = {case.grade_id for case in target.victim_cases}
     mine, plain = marks.get(entry.name, {}), marks.get(baseline, {})
-    lost = [
-        key for key, points in plain.items() if key not in victims and mine.get(key, 0) < points
-    ]
+    others = [key for key in plain if key not in victims]
+    lost = [key for key in others if mine.get(key, 0) < plain[key]]
     return f"{entry.name} lost {', '.join(lost)} too" if lost else ""

@@ -220,15 +220,12 @@ class TestLate:
     def late(self, course: Path, export: Run) -> Run:
         """Export late work, with the times at which Ada and Zoë handed in."""
 
-        def command(
-            ada: str, zoe: str = IN_TIME, policy: str = POLICY, *arguments: object
-        ) -> tuple[int, str, str]:
+        def command(ada: str, zoe: str = IN_TIME, policy: str = POLICY) -> tuple[int, str, str]:
             (course / "late.toml").write_text(policy)
             for student, time in {"ada": ada, ZOE: zoe}.items():
                 folder = toy.hand_in(course / "submitted", student, toy.answer())
                 (folder / "timestamp.txt").write_text(time)
-            what = ("--late", "late.toml", "--submitted", "submitted", *arguments)
-            return export("canvas", CANVAS, *what)
+            return export("canvas", CANVAS, "--late", "late.toml", "--submitted", "submitted")
 
         return command
 
@@ -263,12 +260,10 @@ class TestLate:
             row = book.find_submission_notebook(toy.NAME, toy.NAME, "ada")
             row.late_submission_penalty = 3
             book.db.commit()
-        status, out, _ = export("canvas", CANVAS)
-        assert status == 0 and "nbgrader's own late policy" in out
+        assert export("canvas", CANVAS).worked("nbgrader's own late policy")
         assert column(course)[0] == "12"
         (course / "marks.csv").unlink()
-        status, _, err = late(A_DAY_LATE)
-        assert status == 2 and "has taken 3 points off ada/07-toy" in err
+        assert late(A_DAY_LATE).refused("has taken 3 points off ada/07-toy")
         assert not (course / "marks.csv").exists()
 
     @pytest.mark.parametrize(
@@ -328,13 +323,11 @@ def test_a_doubtful_roster_and_wrong_use_write_nothing(course, export, change, a
     system, roster = ("moodle", MOODLE) if arguments is None else ("canvas", CANVAS)
     given = roster.replace(*change) if change else roster
     assert (given != roster) == bool(change)
-    status, out, err = export(system, given, *(arguments or ()))
-    assert status == 2 and words in err and out == ""
+    assert export(system, given, *(arguments or ())).refused(words)
     assert not (course / "marks.csv").exists()
     assert (course / "roster.csv").read_text(encoding="utf-8") == given
 
 
 def test_a_gradebook_that_lags_behind_the_results_is_refused(course, export):
     results.write(course / "out", marked("ada", [4, 6, 5, 5]))
-    status, _, err = export("canvas", CANVAS)
-    assert status == 2 and "does not have ada/07-toy as it was graded last" in err
+    assert export("canvas", CANVAS).refused("does not have ada/07-toy as it was graded last")

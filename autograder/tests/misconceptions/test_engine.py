@@ -90,11 +90,9 @@ SHOWN = re.sub("(?m)^#.*\n", "", toy.DOUBLE_RANDOM)
 
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory):
-    tree = toy.make_tree(
-        tmp_path_factory.mktemp("tree"), value=toy.source_notebook(double_random=SHOWN)
-    )
-    path = tree / toy.NAME / f"{toy.NAME}.ipynb"
-    return Engine(path)
+    value = toy.source_notebook(double_random=SHOWN)
+    tree = toy.make_tree(tmp_path_factory.mktemp("tree"), value=value)
+    return Engine(tree / toy.NAME / f"{toy.NAME}.ipynb")
 
 
 def wrong(name: str, source: str, story: str) -> Answer:

@@ -16,7 +16,7 @@ from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading.assignment import Assignment
 
 from .. import toy
-from ..as_user import GRADER, SCRIPTS, nothing_set_up
+from ..as_user import GRADER, SCRIPTS, ended, nothing_set_up
 from ..reports import samples
 
 SEED = 4711
@@ -95,24 +95,9 @@ def environment(course: Path) -> dict[str, str]:
     return nothing_set_up(home) | {"JUPYTER_CONFIG_PATH": "autograder"}
 
 
-def nbgrader(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    return run(course, "nbgrader", *arguments)
-
-
-def autograder(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    return run(course, "autograder", *arguments)
-
-
 def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [str(SCRIPTS / program), *map(str, arguments)],
-        cwd=course,
-        env=environment(course),
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_SECONDS,
-        check=False,
-    )
+    options = {"cwd": course, "env": environment(course), "timeout": PATIENCE_SECONDS}
+    return ended([SCRIPTS / program, *arguments], **options)
 
 
 def convert(course: Path, step: type[BaseConverter], student: str = "*", **fields: Any) -> None:

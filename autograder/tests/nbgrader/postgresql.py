@@ -33,9 +33,8 @@ class Server:
 
     def connect(self, database: str = "postgres") -> psycopg2.extensions.connection:
         """Connect to a database; each statement counts at once."""
-        made = psycopg2.connect(
-            host=str(self.folder), user=USER, password=PASSWORD, dbname=database
-        )
+        who = {"user": USER, "password": PASSWORD}
+        made = psycopg2.connect(host=str(self.folder), dbname=database, **who)
         made.autocommit = True
         return made
 

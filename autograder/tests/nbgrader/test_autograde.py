@@ -25,7 +25,6 @@ pytestmark = [pytest.mark.sandbox, pytest.mark.rest]
 
 NOTEBOOK = f"{toy.NAME}.ipynb"
 WRONG = toy.DOUBLE.replace("2 *", "3 *")
-LOOP = "def double(x):\n    while True: pass\n"
 WRITER = """\
 import contextlib
 def double(x):
@@ -53,7 +52,7 @@ def notebooks(course: Path) -> dict[str, dict[str, Any]]:
         FORMULA: course_of.answer(),
         "ben": course_of.answer("", double=WRONG),
         "copied": copied,
-        "loop": toy.answer(LOOP),
+        "loop": toy.answer(toy.LOOP),
         "tagged": tagged,
         "writer": toy.answer(WRITER.format(path=str(course / "escaped"))),
         "old": {"nbformat": 99, "cells": []},
@@ -127,9 +126,9 @@ def done(tmp_path_factory, wall_name):
         "export": ("--to", "marks.csv"),
     }
     with ThreadPoolExecutor() as pool:
-        alone = pool.submit(course_of.autograder, course, "grade", *paths, *where)
+        alone = pool.submit(course_of.run, course, "autograder", "grade", *paths, *where)
         ended = {
-            name: course_of.nbgrader(course, name, *arguments)
+            name: course_of.run(course, "nbgrader", name, *arguments)
             for name, arguments in commands.items()
         }
     for one in (alone.result(), *ended.values()):

@@ -64,9 +64,8 @@ def everywhere(course: Path, autograder: Run) -> dict[str, tuple[float, float]]:
     page = (course / "class" / "feedback" / "ada" / f"{toy.NAME}.html").read_text()
     nbgraders = (course / "class" / "feedback" / "ada" / toy.NAME / f"{toy.NAME}.html").read_text()
     of_student = (course / "class" / "report" / "students" / "ada.html").read_text()
-    (submission,) = [
-        one for one in api(course).get_submissions(toy.NAME) if one["student"] == "ada"
-    ]
+    listed = api(course).get_submissions(toy.NAME)
+    (submission,) = [one for one in listed if one["student"] == "ada"]
     assert submission["autograded"]
     texts = {
         "feedback": re.search(r'big">([\d.]+)</span> of ([\d.]+) points', page),
@@ -137,8 +136,7 @@ def test_the_same_command_twice_adds_once_and_zero_takes_it_back(graded, mark):
 )
 def test_what_cannot_be_meant_is_refused_and_nothing_changes(graded, autograder, arguments, words):
     before = course_of.rows(course_of.database(graded), "score")
-    status, out, err = autograder("mark", *arguments)
-    assert (status, out) == (2, "") and words in err
+    assert autograder("mark", *arguments).refused(words)
     assert course_of.rows(course_of.database(graded), "score") == before
 
 

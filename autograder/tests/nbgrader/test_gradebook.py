@@ -36,9 +36,13 @@ def database(empty, tmp_path):
     return Path(shutil.copy(empty, tmp_path / "gradebook.db"))
 
 
-def test_every_case_has_its_points(database):
-    refused = samples.refused("why", student="eve")
-    gradebook.record(database, [toy.assignment()], [marked("ada", [4, 0, 5, 5]), refused])
+def test_every_case_has_its_points_and_every_exercise_its_message(database):
+    refused, ada = samples.refused("why", student="eve"), marked("ada", [4, 0, 5, 5])
+    double = replace(ada.exercises[0], message="Look at \x1b[31mred.")
+    ada = replace(ada, exercises=(double, *ada.exercises[1:]))
+    gradebook.record(database, [toy.assignment()], [ada, refused])
+    said = course.rows(database, "comment")["ada"]
+    assert said == {"double": "Look at \\x1b[31mred.", "apply": None}
     assert course.rows(database, "score") == {
         "ada": dict(zip(NAMES, [4, 0, 5, 5], strict=True)),
         "eve": dict.fromkeys(NAMES, 0),
@@ -86,10 +90,8 @@ def test_what_a_person_marks_is_declared_and_waits(database):
 
 def test_an_absent_answer_does_not_wait_for_a_person(database):
     written = {"ada": "", "ben": f" {course.RELEASED_WHY}\n", "cem": "Because."}
-    marks = [
-        replace(marked(name, FULL), texts={"why": submission.digest(text)})
-        for name, text in written.items()
-    ]
+    texts = {name: {"why": submission.digest(text)} for name, text in written.items()}
+    marks = [replace(marked(name, FULL), texts=own) for name, own in texts.items()]
     gradebook.record(database, [with_text()], marks)
     scores, comments = (course.rows(database, what) for what in ("auto_score", "comment"))
     assert {name: scores[name]["why"] for name in written} == {"ada": 0, "ben": 0, "cem": None}
@@ -109,15 +111,6 @@ def test_what_a_person_entered_is_never_lost(database):
         gradebook.record(database, [more], [again])
         assert course.rows(database, "score")["ada"]["why"] == 2
         assert course.rows(database, "comment")["ada"]["why"] == "Nearly."
-
-
-def test_a_comment_is_the_exercises_message(database):
-    mark = marked("ada", [4, 0, 5, 5])
-    double = replace(mark.exercises[0], message="Look at \x1b[31mred.")
-    mark = replace(mark, exercises=(double, *mark.exercises[1:]))
-    gradebook.record(database, [toy.assignment()], [mark])
-    said = course.rows(database, "comment")["ada"]
-    assert said == {"double": "Look at \\x1b[31mred.", "apply": None}
 
 
 def test_a_region_that_is_not_closed_is_named(database):

@@ -2,7 +2,6 @@
 
 import json
 import resource
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from robust_slam_autograder.nbgrader.steps import HideTests
 from robust_slam_autograder.reading.assignment import Assignment
 
 from .. import toy
+from ..as_user import ended
 from ..reports.samples import case, exercise, result
 from . import course as course_of
 
@@ -56,10 +56,8 @@ def test_each_case_says_how_it_went(tests):
 
 
 def test_missing_cells_come_where_they_belong(tests):
-    names = [
-        name for name in build(tests, toy.answer()) if name in {c.grade_id for c in tests.marked}
-    ]
-    assert names == [cell.grade_id for cell in tests.marked]
+    names = [cell.grade_id for cell in tests.marked]
+    assert [name for name in build(tests, toy.answer()) if name in names] == names
     alone = build(tests, toy.notebook([toy.cell(toy.APPLY, "apply", solution=True)]))
     assert [name for name in alone if name in names] == names
 
@@ -164,10 +162,8 @@ def test_a_fenced_block_is_shown_as_it_is():
 
 
 def test_code_is_coloured_and_long_code_is_plain():
-    short, long = (
-        BeautifulSoup(code_as_html(text), "html.parser")
-        for text in ("return 1 < 2", "1 < 2 # " + "x" * LONGEST)
-    )
+    texts = ("return 1 < 2", "1 < 2 # " + "x" * LONGEST)
+    short, long = (BeautifulSoup(code_as_html(text), "html.parser") for text in texts)
     assert short.find("span", string="return")
     assert long.pre.get_text().startswith("1 < 2 # x") and not long.find("span")
 
@@ -194,19 +190,14 @@ assert page.count("lastword") == len(cells)
 def test_a_page_takes_time_in_proportion_to_its_text():
     """One page is made of cells with up to a million characters each."""
     sizes = {LONGEST - 20: SLOW, 10**5: ["[", "."], 10**6: ["\\begin{a}"]}
-    made = [
-        f"x{text * (size // len(text))} lastword"
-        for size, texts in sizes.items()
-        for text in texts
-    ]
-    done = subprocess.run(
-        [sys.executable, "-c", RENDER],
-        input=json.dumps(made),
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS)),
-        check=False,
-    )
+    sized = [(size, text) for size, texts in sizes.items() for text in texts]
+    made = [f"x{text * (size // len(text))} lastword" for size, text in sized]
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+
+    command = [sys.executable, "-c", RENDER]
+    done = ended(command, input=json.dumps(made), preexec_fn=limit)
     assert done.returncode == 0, done.stderr[-500:]
 
 

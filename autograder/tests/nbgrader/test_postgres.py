@@ -64,9 +64,8 @@ def address(place: Location) -> str:
 
 
 def scores(place: Location) -> dict[str, float]:
-    return {
-        student: total.score for student, total in totals.read(place, toy.NAME).students.items()
-    }
+    students = totals.read(place, toy.NAME).students
+    return {student: total.score for student, total in students.items()}
 
 
 def at_once(*tasks: tuple[Callable[..., object], tuple[object, ...]]) -> None:
@@ -217,8 +216,7 @@ class TestCommands:
         changed = toy.source_notebook(double_by_hand="assert double(3) == 7\n")
         toy.make_tree(course, value=changed)
         again = ("regrade", toy.NAME, "--submitted", course / "submitted", *toy.quickly())
-        status, out, _ = run(*again)
-        assert status == 0 and "gradebook would change: ada 20 → 16" in out
+        assert run(*again).worked("gradebook would change: ada 20 → 16")
         assert scores(shared) == {"ada": 20, "bob": 20, "eve": 10}
         assert run(*again, "--apply")[0] == 0
         roster = course / "roster.csv"
@@ -235,11 +233,8 @@ class TestCommands:
         """``nbgrader autograde`` starts and grades in a sandbox."""
         made = course_of.make(tmp_path)
         course_of.hand_in(made, "ada", course_of.answer())
-        done = course_of.nbgrader(
-            made,
-            *("autograde", toy.NAME, "--SafeExporter.unsandboxed=True"),
-            f"--CourseDirectory.db_url={address(shared)}",
-        )
+        where = ("--SafeExporter.unsandboxed=True", f"--CourseDirectory.db_url={address(shared)}")
+        done = course_of.run(made, "nbgrader", "autograde", toy.NAME, *where)
         assert done.returncode == 0, done.stderr
         assert PASSWORD not in done.stdout + done.stderr
         assert scores(shared) == {"ada": 20}

@@ -46,11 +46,8 @@ def exported(plugin: type, gradebook: Path, to: Path, **options: list[str]) -> s
 @pytest.mark.parametrize("assignment", [[], ["01-a"]])
 def test_for_plain_names_it_is_nbgraders_own_file(gradebook, tmp_path, assignment):
     options = {"student": list(PLAIN), "assignment": assignment}
-    ours, theirs = (
-        exported(plugin, gradebook, tmp_path / "marks.csv", **options)
-        for plugin in (SafeCsv, CsvExportPlugin)
-    )
-    assert ours == theirs
+    ours = exported(SafeCsv, gradebook, tmp_path / "marks.csv", **options)
+    assert ours == exported(CsvExportPlugin, gradebook, tmp_path / "marks.csv", **options)
     assert len(ours.splitlines()) == (3 if assignment else 5)
 
 
@@ -66,9 +63,8 @@ def test_every_name_is_one_cell_of_text(gradebook, tmp_path):
 def test_what_begins_as_a_formula_gets_an_apostrophe(mark):
     assert as_text(f"{mark}1") == f"'{mark}1"
     assert as_text(f"1{mark}") == f"1{mark}"
-    assert as_csv([[f"{mark}1", None, -1.5, Grade("-3,5"), Grade(f"{mark}x")]]).count("'") == (
-        2 if mark != "\r" else 0
-    ), "a control character is written as its code"
+    row = as_csv([[f"{mark}1", None, -1.5, Grade("-3,5"), Grade(f"{mark}x")]])
+    assert row.count("'") == (0 if mark == "\r" else 2), "a control character is its code"
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 import io
 import os
 import re
-import subprocess
 import time
 import zipfile
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from robust_slam_autograder.publishing.handout import INSTALL
 from robust_slam_autograder.publishing.student_release import release
 
 from .. import toy
+from ..as_user import ended
 from . import world
 
 pytestmark = pytest.mark.rest
@@ -97,11 +97,14 @@ def test_what_one_assignment_needs_comes_with_it_alone(released):
     assert b"[extra]" not in more["requirements.txt"]
 
 
-def test_students_install_from_the_archive(released):
+def test_students_install_from_the_archive_by_lines_of_its_readme(released):
     wanted = released.toy["requirements.txt"].decode().splitlines()
     grader, library = released.wheels
     assert wanted == [f"./{library}[extra]", f"./{grader}", "a-lab>=4"]
-    lines = [line.strip() for line in released.toy["README.txt"].decode().splitlines()]
+    text = released.toy["README.txt"].decode()
+    assert text.startswith(f"{toy.NAME}: Double and apply\n===")
+    assert not [line for line in text.splitlines() if len(line) > 79]
+    lines = [line.strip() for line in text.splitlines()]
     start = lines.index(INSTALL[0])
     assert tuple(lines[start : start + len(INSTALL)]) == INSTALL
 
@@ -115,9 +118,8 @@ def test_a_wheel_holds_what_the_public_may_have(released):
 
 def test_a_fix_reaches_who_has_installed_the_release_before(tree, tmp_path):
     """Pip installs twice, by the same lines, in an environment that all assignments share."""
-    world.write(
-        tree.parent, COURSE, world.COURSE.replace('["a-lab>=4"]', "[]").replace("[extra]", "")
-    )
+    plain = world.COURSE.replace('["a-lab>=4"]', "[]").replace("[extra]", "")
+    world.write(tree.parent, COURSE, plain)
 
     def installed_from(release_number: int) -> str:
         out = tmp_path / f"release-{release_number}"
@@ -126,10 +128,8 @@ def test_a_fix_reaches_who_has_installed_the_release_before(tree, tmp_path):
             archive.extractall(tmp_path / "student")
         folder = tmp_path / "student" / toy.NAME
         script = "\n".join([*INSTALL, "pip check", "python -c 'import toy_library as t; t.say()'"])
-        done = subprocess.run(
-            ["bash", "-ec", script], cwd=folder, capture_output=True, text=True, check=False,
-            env=os.environ | {"PIP_NO_INDEX": "1"},
-        )  # fmt: skip
+        offline = os.environ | {"PIP_NO_INDEX": "1"}
+        done = ended(["bash", "-ec", script], cwd=folder, env=offline)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout.splitlines()[-1]
 
@@ -144,12 +144,6 @@ def test_a_fix_reaches_who_has_installed_the_release_before(tree, tmp_path):
     world.write(tree.parent, "lib/toy_library.py", told.format("wrong"))
     release(tree, [], tmp_path / "again")
     assert archive_of(tmp_path / "again").keys() == archive_of(tmp_path / "release-0").keys()
-
-
-def test_the_readme_has_short_lines_and_the_title(released):
-    text = released.toy["README.txt"].decode()
-    assert text.startswith(f"{toy.NAME}: Double and apply\n===")
-    assert not [line for line in text.splitlines() if len(line) > 79]
 
 
 def test_where_to_hand_in_is_read_from_the_book_s_settings(tree, tmp_path):
@@ -197,9 +191,8 @@ def test_what_cannot_be_installed_is_named(tree, tmp_path, file, old, new, sente
 
 def test_a_package_that_cannot_be_built_stops_it(tree, tmp_path):
     world.write(tree.parent, "lib/pyproject.toml", "[build-system")
-    with pytest.raises(
-        GraderFailure, match="No wheels could be built of lib, autograder: tomllib"
-    ):
+    said = "No wheels could be built of lib, autograder: tomllib"
+    with pytest.raises(GraderFailure, match=said):
         release(tree, [], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

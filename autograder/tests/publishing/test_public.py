@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from robust_slam_autograder.publishing import public
 from robust_slam_autograder.publishing.public import install_cell, publish
 
 from .. import toy
+from ..as_user import ended
 from . import world
 
 pytestmark = pytest.mark.rest
@@ -73,9 +73,7 @@ def test_it_replaces_the_one_before_as_a_whole(tree, tmp_path, out):
 
 
 def chapter(source: str, **outputs: str) -> str:
-    made = [
-        {"output_type": "stream", "name": name, "text": text} for name, text in outputs.items()
-    ]
+    made = [{"output_type": "stream", "name": n, "text": text} for n, text in outputs.items()]
     return json.dumps(toy.notebook([toy.cell(source) | {"outputs": made}]))
 
 
@@ -239,12 +237,9 @@ class TestInstallCell:
             "from IPython.core.interactiveshell import InteractiveShell\n"
             "shell = InteractiveShell.instance()\n"
             "shell.register_magic_function(lambda line: print(line), 'line', 'pip')\n"
-            f"error = shell.run_cell({source!r}).error_in_exec\n"
-            "print(repr(error))"
+            f"print(repr(shell.run_cell({source!r}).error_in_exec))"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, check=True
-        )
+        done = ended([sys.executable, "-c", program], check=True)
         wanted = f'install -q "{package} @ git+{world.URL}@main#subdirectory=some/folder"'
         said = done.stdout.strip().splitlines()
         if present:
@@ -258,6 +253,5 @@ class TestInstallCell:
 
 def test_the_command_says_where_it_is(tree, out, autograder):
     command = ("--solutions", tree, "public", "--out")
-    status, said, _ = autograder(*command, out)
-    assert status == 0 and f"public course of 13 files: {out}" in said
+    assert autograder(*command, out).worked(f"public course of 13 files: {out}")
     assert autograder(*command, tree)[0] == 2

@@ -14,6 +14,7 @@ from robust_slam_autograder.reading import notebook
 from .. import toy
 
 SOLUTION_CANARY = "canary-of-the-solution-9b2"
+LINE = "history.append(f(history[-1]))"
 
 
 @pytest.fixture
@@ -60,16 +61,12 @@ def test_a_release_holds_stubs_and_visible_tests_alone(tree, tmp_path):
     ("what", "sentence"),
     [
         (lambda tree: (tree / "solution.py").write_text(toy.APPLY), "BEGIN SOLUTION"),
-        (
-            lambda tree: (tree / "notes.md").write_text("x\n    history.append(f(history[-1]))\n"),
-            r"a line of a solution or a hidden test \(history\.append",
-        ),
-        (
-            lambda tree: toy.write(tree / "b.ipynb", toy.notebook([toy.cell("# hint: no")])),
-            "# hint:",
-        ),
+        (lambda tree: (tree / "notes.md").write_text(f"x\n    {LINE}\n"),
+         r"a line of a solution or a hidden test \(history\.append"),
+        (lambda tree: toy.write(tree / "b.ipynb", toy.notebook([toy.cell("# hint: no")])),
+         "# hint:"),
     ],
-)
+)  # fmt: skip
 def test_a_file_that_tells_stops_the_release(tree, tmp_path, what, sentence):
     what(tree / toy.NAME)
     with pytest.raises(GraderFailure, match=sentence):
@@ -78,9 +75,8 @@ def test_a_file_that_tells_stops_the_release(tree, tmp_path, what, sentence):
 
 
 def test_a_solution_outside_its_region_stops_the_release(tree, tmp_path):
-    line = "history.append(f(history[-1]))"
     change(tree, lambda cells: cells[4].update(source=toy.APPLY))
-    change(tree, lambda cells: cells.append(toy.cell(f"# {line}\n{line}\n") | {"id": "b"}))
+    change(tree, lambda cells: cells.append(toy.cell(f"# {LINE}\n{LINE}\n") | {"id": "b"}))
     # The line now stands in the open: it is no secret any more, and the release goes through.
     assert release(tree, [], tmp_path / "out")
     change(tree, lambda cells: cells.insert(0, toy.cell(toy.APPLY) | {"id": "c"}))

@@ -74,10 +74,7 @@ def test_cells_without_marks_are_set_up_of_which_the_definitions_run():
         ([toy.test_cell("", "a", 1), toy.test_cell("", "a", 1)], "two cells with the grade id a"),
         ([toy.test_cell("### BEGIN HIDDEN TESTS", "a", 1)], "not closed"),
         ([toy.test_cell("### END HIDDEN TESTS", "a", 1)], "open and close in turn"),
-        (
-            [toy.test_cell("", "a", 1) | {"metadata": {"nbgrader": {"grade": True}}}],
-            "without a grade id",
-        ),
+        ([toy.cell("") | {"metadata": {"nbgrader": {"grade": True}}}], "without a grade id"),
     ],
 )
 def test_an_assignment_that_cannot_be_used_is_refused(cells, sentence):
@@ -113,11 +110,7 @@ def test_a_configuration_that_cannot_be_used_names_the_key(tmp_path, text, sente
 @pytest.mark.parametrize(
     ("table", "lost", "told"),
     [
-        (
-            "[sections]\ndoubel = 'Heading'",
-            "",
-            "names 'doubel'; the exercises are double, apply",
-        ),
+        ("[sections]\ndoubel = 'Heading'", "", "names 'doubel'; the exercises are double, apply"),
         ("[sections]\ndouble = 'A heading'", "def double", "names 'double'; the exercises are d"),
         ("[hints]\ndouble = ['One.']", "def double", f"mark its cells in {toy.NAME}.ipynb again"),
         ("[hints]\ndouble = ['One.', 2]", "", "hints.double.2 has a value of the wrong type (2)"),

@@ -130,9 +130,8 @@ def test_magics_become_python_and_keep_the_lines():
     assert source.plain_python("%%time\nx = 1\n") == "\nx = 1\n"
     assert source.plain_python("%%bash\nrm -rf /\n") == ""
     magic = source.plain_python("%matplotlib inline\nx = 1\n!ls\ny = 2\n")
-    assert [type(node).__name__ for node in ast.parse(magic).body] == [
-        *("Expr", "Assign", "Expr", "Assign")
-    ]
+    kinds = [type(node).__name__ for node in ast.parse(magic).body]
+    assert kinds == ["Expr", "Assign", "Expr", "Assign"]
     assert magic.split("\n")[1] == "x = 1"
 
 

@@ -54,10 +54,8 @@ def test_the_notebook_of_a_folder_is_found_or_its_absence_told(tmp_path):
     with pytest.raises(Refused, match=r"no notebook in the folder: hand in one, named a\.ipynb"):
         notebook_in(tmp_path, "a")
     toy.write(tmp_path / "b\n.ipynb", toy.answer())
-    assert notebook_in(tmp_path, "a") == (
-        tmp_path / "b\n.ipynb",
-        ("b?.ipynb was taken for a.ipynb.",),
-    )
+    path, notes = notebook_in(tmp_path, "a")
+    assert path == tmp_path / "b\n.ipynb" and notes == ("b?.ipynb was taken for a.ipynb.",)
     toy.write(tmp_path / "c.ipynb", toy.answer())
     with pytest.raises(Refused, match="2 notebooks"):
         notebook_in(tmp_path, "a")

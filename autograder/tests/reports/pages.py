@@ -19,9 +19,8 @@ from . import samples
 from .samples import case, exercise, result
 
 SITE = "https://example.org/course/"
-CONFIG = Config(
-    title="Twice, and *again*", chapter="07-toy", sections={"apply": "Half, or no half"}
-)
+SECTIONS = {"apply": "Half, or no half"}
+CONFIG = Config(title="Twice, and *again*", chapter="07-toy", sections=SECTIONS)
 
 
 class Skeleton(HTMLParser):
@@ -60,16 +59,11 @@ def report(*results: Result, **fields: Any) -> Report:
 
 def chart(*assignments: Sequence[Result]) -> HeatMap:
     """A class in several assignments; every student has a page."""
-    sources = [
-        Source(
-            f"{n:02}-toy",
-            "Twice & again",
-            results,
-            page=f"{n:02}-toy.html",
-            links={each.student: f"../feedback/{n}.html" for each in results[:2]},
-        )
-        for n, results in enumerate(assignments)
-    ]
+    sources = []
+    for n, results in enumerate(assignments):
+        name = f"{n:02}-toy"
+        links = {each.student: f"../feedback/{n}.html" for each in results[:2]}
+        sources.append(Source(name, "Twice & again", results, page=f"{name}.html", links=links))
     return heat_map.heat_map(sources)
 
 
@@ -81,9 +75,8 @@ COMMON = "Most students are told this."
 def student(n: int) -> Result:
     """One of many, each with another mark and another message."""
     told = [COMMON if k == 7 else f"{LONG}{n % 7}." for k in range(8)]
-    cases = [
-        case(f"case-{k}", text if k > n % 9 else "", visible=k < 2) for k, text in enumerate(told)
-    ]
+    said = [text if k > n % 9 else "" for k, text in enumerate(told)]
+    cases = [case(f"case-{k}", text, visible=k < 2) for k, text in enumerate(said)]
     status = ("partial", "timeout", "died")[n % 3] if n % 9 < 7 else "passed"
     first = exercise("solve_largest_consistent_set", status, *cases)
     broken = exercise("broken", "failed", samples.raised("first", "E: x"))
@@ -113,37 +106,28 @@ def by_people(text: str, *students: str) -> dict[str, Any]:
     return {
         "by_hand": Entered(dict.fromkeys(students, entries)),
         "markers": dict.fromkeys(students, f"M {text}"),
-        "questions": [
-            Question(one, text, said) for one, said in zip(students, ("", text), strict=True)
-        ],
+        "questions": [*map(Question, students, (text, text), ("", text))],
         "alike": Alike((Two(students, pairs),), ((seen, 7),)),
     }
 
 
 def of_students() -> dict[str, str]:
     texts = samples.HOSTILE.values()
+    wrong = [samples.told(text).exercises[0] for text in texts]
+    many = [replace(one, name=f"double-{n}") for n, one in enumerate(wrong)]
     pages = {
         "every-status": result(*samples.EVERY_STATUS, reason="A cell was copied."),
         "passed": result(samples.PASSED),
         "refused": samples.refused("07-toy.ipynb is not valid JSON: save it again."),
-        "hostile": result(
-            *(
-                replace(samples.told(text).exercises[0], name=f"double-{n}")
-                for n, text in enumerate(texts)
-            ),
-            student=" ".join(texts),
-            reason="\n".join(texts),
-        ),
+        "hostile": result(*many, student=" ".join(texts), reason="\n".join(texts)),
         "told": samples.told("A MESSAGE"),
     }
     entries = {
         name: by_people(text, "x", "y")["by_hand"].of("x")
         for name, text in {"hostile": "\n".join(texts), "refused": "Well tried."}.items()
     }
-    return {
-        name: feedback.html(page(made, entries=entries.get(name, ())))
-        for name, made in pages.items()
-    }
+    made = {name: page(one, entries=entries.get(name, ())) for name, one in pages.items()}
+    return {name: feedback.html(one) for name, one in made.items()}
 
 
 def of_classes() -> dict[str, str]:

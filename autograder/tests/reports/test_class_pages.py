@@ -100,9 +100,7 @@ def test_other_versions_are_told_at_the_top_and_on_the_index(made):
     assert "version" not in words(made["one"])
 
 
-def test_the_index_names_what_is_hardest_and_links_to_pages_that_there_are(
-    made,
-):
+def test_the_index_names_what_is_hardest_and_links_to_pages_that_there_are(made):
     text = words(made["index"])
     assert "hardest: broken, 0 % of its points" in text and text.count("hardest") == 1
     links = [dict(attrs)["href"] for tag, attrs in Skeleton(made["index"]).tags if tag == "a"]

@@ -11,6 +11,7 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
+from robust_slam_autograder.nbgrader import recording
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import documents, feedback
 
@@ -104,9 +105,8 @@ class TestValues:
         assert "Here, f(3) returned 7" in feedback.markdown(page(result(failed)))
 
     def test_the_same_message_again_has_no_second_table(self):
-        (shown,) = page(
-            result(exercise("e", "failed", samples.compared("7"), samples.compared("7")))
-        ).exercises
+        twice = exercise("e", "failed", samples.compared("7"), samples.compared("7"))
+        (shown,) = page(result(twice)).exercises
         assert [c.values is None for c in shown.cases] == [False, True]
 
     def test_a_long_value_is_cut(self):
@@ -219,18 +219,15 @@ class TestCommand:
     def once(self, tmp_path_factory):
         """A folder with a source tree and results of three students, one of them hostile."""
         folder = tmp_path_factory.mktemp("once")
-        tree = toy.make_tree(
-            folder, 'title = "Twice"\nchapter = "07-toy"\nwithheld = ["xml.dom"]\n'
-        )
+        settings = 'title = "Twice"\nchapter = "07-toy"\nwithheld = ["xml.dom"]\n'
+        tree = toy.make_tree(folder, settings)
         abs_only = toy.answer("def double(x):\n    return 2 * abs(np.asarray(x))\n")
         answers = {"ada": toy.answer(), "ben": abs_only, "<b>cleo": toy.answer(TELLS)}
         paths = [toy.hand_in(folder / "in", name, value) for name, value in answers.items()]
         where = ["--out", folder / "graded", *toy.quickly(), "--seed", SEED]
         command = ["--solutions", tree, "grade", *where, *paths]
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(
-                "robust_slam_autograder.nbgrader.recording.record_new", lambda *_: None
-            )
+            patched.setattr(recording, "record_new", lambda *_: None)
             assert cli.main([*map(str, command)]) == 0
         return folder
 
@@ -267,6 +264,5 @@ class TestCommand:
         ],
     )
     def test_wrong_use_names_the_remedy(self, graded, run, arguments, sentence):
-        status, out, err = run(*arguments)
-        assert status == 2 and sentence in err and out == ""
+        assert run(*arguments).refused(sentence)
         assert not (graded / "feedback").exists()

@@ -25,9 +25,7 @@ def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     for name in [name for name in environment if name.startswith("PYTEST")]:
         del environment[name]
     wrapped = as_user.command(command, as_user.ORDINARY)
-    done = subprocess.run(
-        wrapped, cwd=as_user.GRADER, env=environment, capture_output=True, text=True
-    )
+    done = as_user.ended(wrapped, cwd=as_user.GRADER, env=environment)
     shutil.rmtree(home)
     return done
 

@@ -12,12 +12,7 @@ import numpy as np
 import pytest
 from robust_slam_autograder.executor.session import SessionFault
 from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
-from robust_slam_autograder.sandbox import (
-    Fork,
-    Unsandboxed,
-    terms,
-    view,
-)
+from robust_slam_autograder.sandbox import Fork, Unsandboxed, terms, view
 
 from ..as_user import ROOT
 from .probing import LAUNCH, is_private, run
@@ -391,9 +386,11 @@ def search():
 """
 
 
-@pytest.fixture(scope="module")
-def of_a_package(wall, tmp_path_factory):
-    """What student code found of a package of which a part is withheld, and of a list of fonts."""
+@pytest.mark.sandbox
+def test_of_a_withheld_module_nothing_is_there_and_what_is_read_tells_nobody(
+    wall, tmp_path_factory, monkeypatch
+):
+    """Neither its source nor its cached code is there, should a student clear the import hooks."""
     folder = tmp_path_factory.mktemp("packages")
     package = folder / "withheld_demo"
     for name, text in PACKAGE.items():
@@ -405,6 +402,7 @@ def of_a_package(wall, tmp_path_factory):
     assert os.spawnv(os.P_WAIT, sys.executable, compile_all) == 0
     assert list(package.glob("__pycache__/answers.*"))
     (folder / "fontlist-v1.json").write_text("{}")
+    # What was not read since it was made has an access time that the next one moves.
     for path in (package / "link", package / "given.py", package):
         os.utime(path, (0, 0), follow_symlinks=False)
     for way in (folder, *folder.parents):
@@ -413,31 +411,15 @@ def of_a_package(wall, tmp_path_factory):
     withheld = tuple(f"withheld_demo.{name}" for name in ("answers", "deep", "deep.inner"))
     # Not the same ones for each back end: the package lies elsewhere.
     allowed = (*DEFAULT_PACKAGES, "withheld_demo", folder.name)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(folder)
-        patch.setenv("MPLCONFIGDIR", str(folder))
-        # The same back end, without the servers that it has started already.
-        fresh = Fork(namespaces=is_private(wall))
-        found: dict[str, Any] = run(fresh, "search", TRICKS, withheld=withheld, packages=allowed)
-    return found
-
-
-@pytest.mark.sandbox
-def test_a_withheld_module_is_not_even_a_file(of_a_package):
-    """Neither its source nor its cached code is there, should a student clear the import hooks."""
-    assert of_a_package["files"] == []
-    assert of_a_package["got"][0] == "given" and "secret" not in of_a_package["got"]
-
-
-@pytest.mark.sandbox
-def test_what_is_read_tells_nobody(of_a_package):
-    """A file that was not read since it was made has an access time that the next one moves."""
-    assert of_a_package["moved"] == [False] * 3
-
-
-@pytest.mark.sandbox
-def test_matplotlib_finds_its_list_of_fonts(of_a_package, wall):
-    assert of_a_package["fonts"] is is_private(wall)
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setenv("MPLCONFIGDIR", str(folder))
+    # The same back end, without the servers that it has started already.
+    fresh = Fork(namespaces=is_private(wall))
+    found = run(fresh, "search", TRICKS, withheld=withheld, packages=allowed)
+    assert found["files"] == []
+    assert found["got"][0] == "given" and "secret" not in found["got"]
+    assert found["moved"] == [False] * 3
+    assert found["fonts"] is is_private(wall), "matplotlib finds its list of fonts"
 
 
 @pytest.mark.sandbox

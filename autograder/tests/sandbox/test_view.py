@@ -1,7 +1,6 @@
 """What a sandbox shows, as the packages and the machine have it."""
 
 import importlib.metadata
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 from robust_slam_autograder.student import imports
 
-from ..as_user import ROOT
+from ..as_user import ROOT, ended
 from ..sessions import started
 from . import interpreters
 
@@ -43,8 +42,8 @@ def test_the_libraries_are_those_that_the_loader_takes():
     """An interpreter that sees nothing else runs; what it has loaded is all in the view."""
     names = "numpy.linalg, scipy.optimize, matplotlib.pyplot, ssl, sqlite3, lzma, ctypes, hashlib"
     text = f"import {names}\nprint(open('/proc/self/maps').read())"
-    maps = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True).stdout
-    loaded = {Path(line.split()[-1]) for line in maps.splitlines() if ".so" in line}
+    maps = ended([sys.executable, "-c", text]).stdout.splitlines()
+    loaded = {Path(line.split()[-1]) for line in maps if ".so" in line}
     there = [path.resolve() for path in shown(DEFAULT_PACKAGES)]
     systems = {path.resolve() for path in loaded if not path.is_relative_to(SITE)}
     assert len(systems) > 10
@@ -137,8 +136,7 @@ def test_another_interpreter_works_too(wall_name, kind, tmp_path):
     python = interpreters.available()[kind](tmp_path)
     for folder in (tmp_path, *tmp_path.parents[:2]):
         folder.chmod(0o755)
-    command = [python, "-c", SCRIPT, wall_name]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    done = ended([python, "-c", SCRIPT, wall_name], cwd=tmp_path)
     prefix = "/usr" if kind == "the system's" else str(tmp_path / "prefix")
     version = importlib.metadata.version("numpy")
     assert done.stdout.strip() == repr([prefix, version, "Europe/Zurich", []]), done.stderr[-1000:]

@@ -1,12 +1,13 @@
 """What student code may import, and the one sentence that it gets for everything else."""
 
-import subprocess
 import sys
 
 import pytest
 from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.student import imports
 from robust_slam_autograder.student.imports import refusal
+
+from ..as_user import ended
 
 ALLOWED = ["numpy", "numpy.linalg", "scipy.optimize", "matplotlib.pyplot", "mpl_toolkits.mplot3d"]
 ALLOWED += ["math", "collections.abc", "concurrent.futures", "threading", "asyncio", "sqlite3"]
@@ -87,9 +88,8 @@ def test_a_withheld_module_keeps_its_own_sentence():
 def test_other_packages_seem_not_to_be_installed():
     """So that a library that uses one where it is there does in a server as behind the wall."""
     text = (
-        "import sys\n"
+        "import importlib.metadata, importlib.util, sys\n"
         "from robust_slam_autograder.student.imports import Installed\n"
-        "import importlib.metadata, importlib.util\n"
         "Installed(['numpy'], {}, sys.path[1:4]).install()\n"
         "import numpy, sysconfig\n"
         "importlib.metadata.version('numpy')\n"
@@ -97,5 +97,5 @@ def test_other_packages_seem_not_to_be_installed():
         "sysconfig.get_config_vars()\n"  # reads a module whose name depends on the machine
         "try:\n    import networkx\nexcept ModuleNotFoundError as error:\n    print(error)\n"
     )
-    said = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
+    said = ended([sys.executable, "-c", text])
     assert said.stdout.strip() == "No module named 'networkx'", said.stderr
