@@ -71,10 +71,10 @@ def cycles() -> Picture:
                 "0": "The 33 steps between its ends, 36 and 69, form a cycle with it, and they"
                 " contradict it.",
                 "33": "Only the 33 steps between its ends, 36 and 69, form a cycle with it.",
-                "66": "The other 66 steps are outside its ends, 36 and 69, where nothing contradicts"
-                " it.",
-                "99": "Outside its ends, 36 and 69, nothing contradicts it; only the 33 steps between"
-                " them form a cycle with it.",
+                "66": "The other 66 steps are outside its ends, 36 and 69, where nothing"
+                " contradicts it.",
+                "99": "Outside its ends, 36 and 69, nothing contradicts it; only the 33 steps"
+                " between them form a cycle with it.",
             },
             right="33",
         ),

@@ -135,7 +135,6 @@ function putTried(scene, { x, y, width }, view) {
   scene.text("words", "tried", right ? x + width : x, y + 13, words, "rs-tick", right ? "end" : "start");
 }
 
-/** The end of the wrong closures that stays. */
 function putOtherEnd(scene, key, cx, cy) {
   scene.put("wrong", key, "circle", { class: "rs-open is-outlier", cx, cy, r: 5, style: "stroke-dasharray:none" });
 }
