@@ -15,7 +15,8 @@ def test_a_chapter_begins_with_its_length_and_its_goals(name, site):
     line = page.select_one("article h1 + .rs-length")
     assert line
     minutes = re.match(r"\d+(?= minutes )", line.get_text())
-    assert minutes and 30 <= int(minutes[0]) <= 150
+    alone = sum(bool(re.fullmatch(r"\d+\.", bold.get_text())) for bold in page.find_all("strong"))
+    assert alone and minutes and 30 + 3 * alone <= int(minutes[0]) <= 150
     table = site.parsed("chapters/students").select_one(
         line.a["href"].removeprefix("students.html")
     )
