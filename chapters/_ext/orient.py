@@ -23,13 +23,11 @@ from . import TEMPLATES
 PACE, SHOWN, EXERCISE, PICTURE, STEP = 100, 1, 3, 5, 10
 """Words a minute, for a student to whom the subject is new. Minutes for what is shown (a formula,
 a cell's code, a question), for an exercise and for a live picture, and for what is rounded to."""
-NUMBER = re.compile(r"\d+\.")
 CHAPTER = re.compile(r"(\d\d)-")
 TITLE = re.compile(r"<h1>.*?</h1>", re.DOTALL)
 PART = re.compile(r'(<p [^>]*class="caption".*?</p>)\s*(<ul class=".*?</ul>)', re.DOTALL)
 GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
 SIZE = 100.0
-NOT_FOUND = "404"
 
 
 def add(
@@ -38,13 +36,12 @@ def add(
     """Add the maps and the line at the head of a chapter, and the questions of its neighbours."""
     if listed := context.get("generate_toctree_html"):
         context["generate_toctree_html"] = lambda **how: in_parts(str(listed(**how)))
-    if page == NOT_FOUND:
+    if page == "404":
         context["map"] = drawn(0.0)
     for way in filter(None, (context.get("prev"), context.get("next"))):
         name = PurePosixPath(way["link"]).stem
         if question := questions(app).get(name):
-            own = CHAPTER.match(name)
-            sign = sign_of(app, int(own[1])) if own else ""
+            sign = sign_of(app, int(own[1])) if (own := CHAPTER.match(name)) else ""
             way["title"] += f' <span class="rs-question">{sign}{question}</span>'
     number = CHAPTER.match(PurePosixPath(page).name)
     if doctree is None or number is None:
@@ -74,7 +71,7 @@ def minutes(app: Sphinx, page: str) -> int:
     shown = sum(part.count("<legend>") for part in html) + len([*every(nodes.math_block)])
     for part in every(nodes.container):
         shown += "cell_input" in part["classes"] and "tag_hide-input" not in part.parent["classes"]
-    exercises = sum(bool(NUMBER.fullmatch(part.astext())) for part in every(nodes.strong))
+    exercises = sum(bool(re.fullmatch(r"\d+\.", bold.astext())) for bold in every(nodes.strong))
     longer = EXERCISE * exercises + PICTURE * sum("rs-picture" in part for part in html)
     return STEP * round((words / PACE + SHOWN * shown + longer) / STEP)
 
