@@ -64,7 +64,6 @@ def test_the_map_unfolds_to_the_last_chapter_and_its_wrong_closure_to_its_length
     drawn = [each.path["d"] for each in chosen]
     assert drawn[0] == drawn[2] != drawn[1]
     for each in chosen:
-        wrong = each.select_one(".rs-is-wrong")
-        x, y, to_x, to_y = map(int, wrong["d"].removeprefix("M").split())
+        x, y, to_x, to_y = map(int, each.select_one(".rs-is-wrong")["d"][1:].split())
         lengths.append(abs(to_x - x) + abs(to_y - y))
     assert 0 < lengths[0] == lengths[2] < lengths[1] / 5
