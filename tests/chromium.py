@@ -17,28 +17,14 @@ from pathlib import Path
 from weakref import WeakKeyDictionary
 
 import pytest
-from playwright.sync_api import (
-    Browser,
-    BrowserContext,
-    BrowserType,
-    Error,
-    Page,
-    Request,
-    Route,
-    expect,
-    sync_playwright,
-)
+from playwright import sync_api
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from autograder.tests.kernel import leave_out
 
 CHROMIUM = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-software-rasterizer",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--no-first-run",
+    *("--no-sandbox", "--disable-gpu", "--disable-software-rasterizer", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update", "--no-first-run"),
 )
 
 
@@ -94,7 +80,8 @@ def keep(page: Page, test: str, number: int = 0) -> None:
     FAILED.mkdir(parents=True, exist_ok=True)
     said = [page.url, *COMPLAINTS.get(page, [])]
     path.with_suffix(".txt").write_text("\n".join(said) + "\n", encoding="utf-8")
-    with suppress(Error):  # a page that hangs has no picture, and its console is what counts
+    # A page that hangs has no picture, and its console is what counts.
+    with suppress(sync_api.Error):
         page.screenshot(path=path.with_suffix(".png"), timeout=5_000)
 
 
@@ -118,17 +105,17 @@ def served(
 
 
 @pytest.fixture(scope="session")
-def chromium() -> Iterator[tuple[BrowserType, str]]:
+def chromium():
     """Playwright's Chromium, of which there is one in a process, and the system's program."""
     path = shutil.which("chromium-headless-shell") or shutil.which("chromium")
     if path is None:
         leave_out("chromium-headless-shell is not installed; the pages cannot be looked at")
-    with sync_playwright() as playwright:
+    with sync_api.sync_playwright() as playwright:
         yield playwright.chromium, path
 
 
 @pytest.fixture(scope="session")
-def browser(chromium: tuple[BrowserType, str]) -> Iterator[Browser]:
+def browser(chromium):
     kind, path = chromium
     running = kind.launch(executable_path=path, args=list(CHROMIUM))
     yield running
@@ -170,7 +157,7 @@ def visiting(browser: Browser, url: str, **options: object) -> Iterator[Visit]:
 
 
 @pytest.fixture
-def open_page(browser: Browser) -> Iterator[Opener]:
+def open_page(browser):
     """Return a function that visits an address; all visits end with the test."""
     with ExitStack() as visits:
         yield lambda url, **options: visits.enter_context(visiting(browser, url, **options))
@@ -181,7 +168,7 @@ def watch(visit: Visit) -> None:
     page, complaints = visit.page, visit.complaints
     COMPLAINTS[page] = complaints
 
-    def allow(route: Route) -> None:
+    def allow(route: sync_api.Route) -> None:
         url = route.request.url
         if url.startswith(("file:", "data:", "http://127.0.0.1:")):
             route.continue_()
@@ -190,19 +177,18 @@ def watch(visit: Visit) -> None:
             route.abort()
 
     page.route("**/*", allow)
-    page.on(
-        "console",
-        lambda said: complaints.append(said.text) if said.type in ("error", "warning") else None,
-    )
+    wrong = ("error", "warning")
+    page.on("console", lambda said: complaints.extend([said.text] * (said.type in wrong)))
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("requestfailed", lambda request: complaints.extend(_failed(request)))
-    page.on(
-        "response",
-        lambda got: complaints.append(f"{got.status}: {got.url}") if got.status >= 400 else None,
-    )
+    page.on("response", lambda got: complaints.extend(_refused(got)))
 
 
-def _failed(request: Request) -> list[str]:
+def _refused(got: sync_api.Response) -> list[str]:
+    return [f"{got.status}: {got.url}"] if got.status >= 400 else []
+
+
+def _failed(request: sync_api.Request) -> list[str]:
     """Return the complaint about a request that failed; one that a page leaves behind did not."""
     if request.failure in ("net::ERR_ABORTED", "NS_BINDING_ABORTED"):
         return []

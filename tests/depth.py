@@ -30,15 +30,8 @@ STARTS = frozenset({"subprocess.Popen", "os.fork", "os.posix_spawn", "os.system"
 REASON = "quick"
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = (
-    "robust_slam",
-    "robust_slam_course",
-    "robust_slam_autograder",
-    "chapters",
-    "tools",
-    "benchmarks",
-    "tests",
-    "lib.tests",
-    "autograder.tests",
+    *("robust_slam", "robust_slam_course", "robust_slam_autograder", "chapters", "tools"),
+    *("benchmarks", "tests", "lib.tests", "autograder.tests"),
     *(["solutions"] if (ROOT / "solutions").is_dir() else []),
 )
 
@@ -58,9 +51,7 @@ class Depth:
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def pytest_collection_modifyitems(
-        self, config: pytest.Config, items: list[pytest.Item]
-    ) -> None:
+    def pytest_collection_modifyitems(self, config: pytest.Config, items: list) -> None:
         """Leave out what is marked; begin with long files, or with what a change touched."""
         config.hook.pytest_deselected(items=list(filter(self._is_left_out, items)))
         items[:] = filterfalse(self._is_left_out, items)

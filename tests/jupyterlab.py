@@ -18,10 +18,7 @@ from tests.chromium import page_in
 
 TOKEN = "none-but-the-test"
 _OPTIONS = (
-    "--no-browser",
-    "--allow-root",
-    "--ip=127.0.0.1",
-    "--ServerApp.port_retries=0",
+    *("--no-browser", "--allow-root", "--ip=127.0.0.1", "--ServerApp.port_retries=0"),
     f"--IdentityProvider.token={TOKEN}",
     "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
 )

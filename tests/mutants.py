@@ -41,9 +41,8 @@ def stale(mutants: Sequence[Mutant]) -> list[str]:
         path = ROOT / one.file
         times = path.read_text("utf-8").count(one.old) if path.is_file() else 0
         if times != 1:
-            problems.append(
-                f"{one.file} has {one.old.strip()!r} {times} times: repair its mutant."
-            )
+            told = f"{one.file} has {one.old.strip()!r} {times} times"
+            problems.append(f"{told}: repair its mutant.")
     tests = sorted({mutant.caught_by for mutant in mutants})
     listing = subprocess.run(
         [*PYTEST, "--collect-only", *tests], cwd=ROOT, capture_output=True, text=True
@@ -60,14 +59,9 @@ def fails(tests: Sequence[str], folder: Path, seconds: float) -> bool:
     """
     places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib", "lib/course"))
     pytest = subprocess.Popen(
-        [*PYTEST, "-x", *tests],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": places},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=True,
-    )
+        [*PYTEST, "-x", *tests], cwd=folder, env={**os.environ, "PYTHONPATH": places}, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+    )  # fmt: skip
     try:
         said, _ = pytest.communicate(timeout=seconds)
     except subprocess.TimeoutExpired:

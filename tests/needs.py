@@ -35,8 +35,7 @@ def _program(*names: str) -> Callable[[], bool]:
 
 
 ALL, NOT_QUICK, DEEP = map(
-    frozenset,
-    (LEFT_OUT, LEFT_OUT.keys() - {"quick"}, LEFT_OUT.keys() - {"quick", "test"}),
+    frozenset, (LEFT_OUT, LEFT_OUT.keys() - {"quick"}, LEFT_OUT.keys() - {"quick", "test"})
 )
 NEEDS = (
     Need("public pose graphs", "tests on them", "make data",

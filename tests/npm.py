@@ -12,11 +12,9 @@ BUILD = Path(__file__).resolve().parents[1] / "build"
 
 
 def installed(locked: Path, name: str) -> Path:
-    """The folder that holds a tool's ``node_modules``.
+    """The folder below ``build`` that holds the ``node_modules`` of a tool of this name.
 
-    Args:
-        locked: the folder with its ``package.json``, ``package-lock.json`` and settings.
-        name: the tool's, and the folder's below ``build``.
+    ``locked`` is the folder with its ``package.json``, ``package-lock.json`` and settings.
     """
     folder = BUILD / name
     folder.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ here it is what they say.
 import ast
 import functools
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
@@ -52,34 +52,26 @@ def raises(node: ast.FunctionDef) -> bool:
     return any(isinstance(inner, ast.Raise) and inner.exc for inner in ast.walk(node))
 
 
+def lacking(lacks: Callable[[Path, ast.FunctionDef, str], object]) -> list[str]:
+    """The functions of all modules whose docstrings lack something."""
+    found = ((path, *each) for path in MODULES for each in functions(path))
+    return [f"{path.stem}: {name}" for path, name, node, text in found if lacks(path, node, text)]
+
+
 def test_arrays_have_their_shape_in_the_docstring():
     shape = re.compile(r"``\([^)]*\)``|any shape|that shape|scalar|one (number|value|weight)")
-    assert not [
-        f"{path.stem}: {name}"
-        for path in MODULES
-        for name, node, text in functions(path)
-        if annotations(node) & ARRAYS and not shape.search(text)
-    ]
+    assert not lacking(lambda _, node, text: annotations(node) & ARRAYS and not shape.search(text))
 
 
 def test_what_a_function_raises_is_in_its_docstring():
-    assert not [
-        f"{path.stem}: {name}"
-        for path in MODULES
-        for name, node, text in functions(path)
-        if raises(node) and not re.search(r"Raises(:|\n---)", text)
-    ]
+    told = re.compile(r"Raises(:|\n---)")
+    assert not lacking(lambda _, node, text: raises(node) and not told.search(text))
 
 
 def test_every_function_has_a_source_in_its_docstring_or_its_modules():
     source = re.compile(r"Source: |et al\. \d{4}|[A-Z]\w+ (and [A-Z]\w+ )?\d{4}|derived here")
-    assert not [
-        f"{path.stem}: {name}"
-        for path in MODULES
-        if path.stem not in WITHOUT_LITERATURE
-        for name, _, text in functions(path)
-        if not source.search(text)
-    ]
+    named = {path for path in MODULES if path.stem not in WITHOUT_LITERATURE}
+    assert not lacking(lambda path, _, text: path in named and not source.search(text))
 
 
 def test_the_package_says_where_everything_is():

@@ -34,9 +34,8 @@ def course(tmp_path, monkeypatch):
 
 
 def make(course: Path, *goals: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        ["make", *goals], cwd=course, capture_output=True, text=True, check=False, timeout=60
-    )
+    options = {"capture_output": True, "text": True, "timeout": 60}
+    return subprocess.run(["make", *goals], cwd=course, check=False, **options)
 
 
 def contents(folder: Path) -> Mapping[str, bytes]:
@@ -120,11 +119,8 @@ def test_the_table_of_the_sample_has_a_line_for_each_student():
         {"student": "ben", "assignment": "01-two", "status": "graded", "score": 7, "max_score": 7},
     ]
     lines = sample_class.table({"submissions": marks}).splitlines()
-    assert [line.split() for line in lines] == [
-        ["00", "01"],
-        ["ada", "5/9", "refused"],
-        ["ben", "7/7"],
-    ]
+    table = [["00", "01"], ["ada", "5/9", "refused"], ["ben", "7/7"]]
+    assert [line.split() for line in lines] == table
     assert len({len(line) for line in lines}) == 1
 
 
@@ -158,11 +154,8 @@ def test_make_test_says_what_it_installs_before_it_does():
 def test_strict_ends_at_once_where_something_is_missing(monkeypatch, capsys):
     monkeypatch.setenv("PATH", os.devnull)
     monkeypatch.setattr(datasets, "is_here", lambda name: False)
-    for depth, words in (
-        ("quick", ["graphs"]),
-        ("test", ["chromium"]),
-        ("rest", ["firefox", "gpg"]),
-    ):
+    missing = {"quick": ["graphs"], "test": ["chromium"], "rest": ["firefox", "gpg"]}
+    for depth, words in missing.items():
         assert needs.main([depth]) == 0
         said = capsys.readouterr().out
         assert all(word in said for word in words) and "graphs" in said

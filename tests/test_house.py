@@ -29,17 +29,13 @@ def tracked(tmp_path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_valid_and_holds_no_outputs(path):
+def test_a_notebook_is_valid_holds_no_outputs_and_its_cells_have_names_that_stay(path):
     notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
     nbformat.validate(notebook)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert notebook.nbformat == 4 and notebook.nbformat_minor >= 5
     assert all(not cell.outputs and cell.execution_count is None for cell in code)
     assert set(notebook.metadata) <= {"kernelspec", "language_info"}
-
-
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_cell_has_a_name_that_stays(path):
     ids = [cell["id"] for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
     assert len(set(ids)) == len(ids)
     assert all(re.fullmatch(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*", name) for name in ids)
@@ -76,16 +72,12 @@ def test_no_product_imports_tests(folder):
     assert sources or not (ROOT / folder).exists()
 
 
-def test_the_readme_lists_the_chapters_that_exist():
+def test_the_readme_names_the_chapters_and_make_targets_that_exist():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
     files = re.findall(r"chapters/(\d\d)-", json.dumps(toc))
     assert files == sorted(path.stem[:2] for path in ROOT.glob("chapters/[0-9]*.ipynb"))
     assert not [number for number in files if f"{number} *" not in readme]
-
-
-def test_every_make_target_in_the_readme_exists():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
     makefiles = [ROOT / "Makefile", *ROOT.glob("*.mk")]
     makefile = "\n".join(path.read_text(encoding="utf-8") for path in makefiles)
     named = set(re.findall(r"(?:^|`)make ([a-z]+)", readme, re.M))

@@ -95,13 +95,10 @@ def test_docstrings_comments_and_messages_are_read(tmp_path, module):
     assert found.startswith("lib/module.py:1: words: ")
 
 
-def test_captions_and_alternative_texts_are_read():
+def test_captions_and_alternative_texts_are_read_and_lines_keep_their_numbers():
     shown = {"figure": {"caption": "A lie."}, "image": {"alt": "A map."}}
     cell = {"cell_type": "code", "source": "draw()", "metadata": {"mystnb": shown}}
     assert [*text.read_by_people(cell)] == ["A lie.", "A map."]
-
-
-def test_lines_keep_their_numbers():
     for path in check.ROOT.glob("chapters/*.md"):
         page = path.read_text("utf-8")
         assert text.markdown(page).count("\n") == page.count("\n"), path

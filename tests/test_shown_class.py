@@ -122,11 +122,8 @@ class TestSecrets:
     def test_feedback_tells_what_the_release_tells_or_a_hint(self, student, made):
         """Graded by the release, which has no hidden test, the visible cases say the same."""
         visible = dict(cases(made / "visible", student))
-        source = "".join(
-            line
-            for cell in answers.source_notebook(SHOWN[student])["cells"]
-            for line in cell["source"]
-        )
+        cells = answers.source_notebook(SHOWN[student])["cells"]
+        source = "".join(line for cell in cells for line in cell["source"])
         hints = set(re.findall(r"# hint: (.+)", source))
         told = 0
         for grade_id, case in cases(made / "graded", student):
@@ -146,11 +143,8 @@ class TestSecrets:
 
     def test_no_line_of_a_solution_a_hidden_test_or_an_answer_is_in_a_page(self, pages):
         """Looked for within lines too: a page has few line breaks."""
-        secrets = {
-            " ".join(line.split())
-            for name in TABLE
-            for line in secret_lines(name) | answer_lines(name)
-        }
+        lines = (line for name in TABLE for line in secret_lines(name) | answer_lines(name))
+        secrets = {" ".join(line.split()) for line in lines}
         assert len(secrets) > 200
         shown = {name: text(page) for name, page in pages.items()}
         assert not [(name, s) for name, words in shown.items() for s in secrets if s in words]
@@ -178,11 +172,8 @@ def test_the_report_has_all_that_the_page_teach_speaks_of(pages):
         assert shown_class.NOTICE in text(page) and "do not publish" not in page
 
 
-def test_its_heat_map_is_the_picture_on_the_page_teach(pages):
+def test_its_heat_map_is_the_picture_on_the_page_teach_and_feedback_shows_own_values(pages):
     assert thumbnail(pages["report/index.html"]).count("<rect ") == len(STUDENTS) * 8
-
-
-def test_feedback_shows_own_values_and_a_picture(pages):
     first, second = (pages[name] for name in pages if name.startswith("feedback/"))
     assert "Yours 2.0 Expected 1600.0" in text(first)
     assert '<circle class="dot"' in first

@@ -24,9 +24,8 @@ def test_a_release_raises_it_everywhere(course):
     version.raise_to("7.0.0", course)
     assert version.current(course) == "7.0.0"
     after = (course / version.CHANGES).read_text("utf-8")
-    assert after == before.replace(
-        "## Unreleased\n", f"## Unreleased\n\n## 7.0.0 ({date.today()})\n"
-    )
+    heading = f"## Unreleased\n\n## 7.0.0 ({date.today()})\n"
+    assert after == before.replace("## Unreleased\n", heading)
 
 
 @pytest.mark.parametrize("number", ["0.1.0", "7.0", "v7.0.0", "7.0.0+d1"])

@@ -109,11 +109,7 @@ def test_what_is_no_pose_graph_is_named_with_what_to_give(taker, wrong, words):
 TAKE_POSES = [gauss_newton, levenberg_marquardt, chordal_cost, polish, certificate, certify]
 TAKE_WEIGHTS = [lambda *given, take=take: take(given[0], TRUTH, *given[1:]) for take in TAKE_POSES]
 
-
-WRITE = [
-    lambda graph, poses: g2o.write("no.g2o", graph, poses),
-    lambda graph, poses: to_gtsam(graph, poses),
-]
+WRITE = [partial(g2o.write, "no.g2o"), to_gtsam]
 
 
 def test_edges_that_are_trusted_are_kept_by_every_estimator_of_a_graph():
@@ -146,9 +142,10 @@ def test_weights_that_do_not_fit_are_refused_by_name(take, wrong, message):
         take(GRAPH, wrong)
 
 
-def test_what_the_package_lists_is_there():
+def test_what_the_package_lists_is_there_and_the_kernels_that_have_a_name_are_told():
     for name in re.findall(r"^- ``(\w+)``", rs.__doc__, re.M):
         assert getattr(rs, name).__name__ == f"robust_slam.{name}"
+    assert all(f'"{name}"' in irls.__doc__ for name in kernels.KERNELS)
 
 
 def test_the_dimension_of_a_mixture_is_that_of_the_problem():
@@ -185,13 +182,8 @@ def test_a_certificate_is_told_line_by_line_without_its_arrays():
 
 
 def test_numbers_of_poses_may_count_from_the_end():
-    np.testing.assert_array_equal(
-        rs.covariance(GRAPH, TRUTH, [-1, -29]), rs.covariance(GRAPH, TRUTH, [29, 1])
-    )
-
-
-def test_the_kernels_that_have_a_name_are_told():
-    assert all(f'"{name}"' in irls.__doc__ for name in kernels.KERNELS)
+    from_the_end, from_0 = (rs.covariance(GRAPH, TRUTH, k) for k in ([-1, -29], [29, 1]))
+    np.testing.assert_array_equal(from_the_end, from_0)
 
 
 def test_what_holds_arrays_is_compared_by_identity_but_for_graphs_and_has_a_hash():
@@ -245,13 +237,10 @@ def test_a_result_is_printed_pickled_and_copied(made):
 @pytest.mark.parametrize(
     "solve",
     [
-        gnc,
+        *(gnc, switchable, dcs, rs.solve),
         lambda graph: irls(graph, kernels.cauchy(1.0)),
         lambda graph: max_mixture(graph, 0.9, 10.0),
         lambda graph: joint_switchable(graph, 10.0),
-        switchable,
-        dcs,
-        rs.solve,
     ],
 )
 def test_every_robust_solve_returns_the_same_kind_of_result(solve):

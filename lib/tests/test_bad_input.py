@@ -162,9 +162,8 @@ def test_what_can_be_solved_has_a_map_and_what_is_odd_is_said(tmp_path, capsys, 
         code = cli.main(["solve", str(path), "--quiet", "--indefinite", "nearest"])
     assert np.all(np.isfinite(answer.poses)) and code in (0, 1)
     assert re.search(words, capsys.readouterr().out + caplog.text)
-    assert re.search(
-        words, "\n".join([*caplog.messages, answer.graph.summary(), answer.summary()])
-    )
+    told = [*caplog.messages, answer.graph.summary(), answer.summary()]
+    assert re.search(words, "\n".join(told))
 
 
 def cut_in_two(seed=0):

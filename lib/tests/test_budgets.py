@@ -78,14 +78,11 @@ def test_slips_are_not_looked_for_beyond_the_limit(monkeypatch):
         assert spent[0] <= 0.7 * share * whole + 8.0
 
 
-def test_pairs_that_are_not_compared_count_as_consistent():
+def test_pairs_that_are_not_compared_count_as_consistent_and_a_clique_has_a_bound():
     none, every = pcm(GRAPH, max_seconds=0.0), pcm(GRAPH, max_seconds=inf)
     assert none.kept.all() and not none.complete
     assert every.complete and not every.kept.all()
     np.testing.assert_array_equal(every.kept, pcm(GRAPH).kept)
-
-
-def test_a_search_without_time_returns_a_clique_and_a_bound():
     rng = np.random.default_rng(0)
     joined = rng.random((80, 80)) < 0.6
     joined = np.triu(joined, 1) | np.triu(joined, 1).T

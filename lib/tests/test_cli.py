@@ -19,6 +19,11 @@ from robust_slam.graphs.pose_graph import select
 from .worlds import refused, with_outliers
 
 
+def solve(*words):
+    """Give the exit status of ``robust-slam solve``, without a bar."""
+    return cli.main(["solve", *map(str, words), "--quiet"])
+
+
 @pytest.fixture
 def file(tmp_path):
     graph, _, truth, _ = with_outliers(manhattan, 60, 0, 6, closures=20)
@@ -27,7 +32,7 @@ def file(tmp_path):
 
 
 def test_it_says_what_was_read_kept_rejected_and_certified(file, capsys):
-    assert cli.main(["solve", str(file), "--quiet"]) == 0
+    assert solve(file) == 0
     said = capsys.readouterr().out
     answer = rs.solve(rs.load(file))
     assert answer.graph.summary() in said
@@ -41,8 +46,7 @@ def test_it_writes_what_was_asked_for_with_the_ids_of_the_file(file, tmp_path):
     write(file, graph, names=np.arange(60) + 500)
     names = {"out": "map.g2o", "clean": "clean.g2o", "rejected": "edges.txt", "plot": "map.svg"}
     paths = {option: tmp_path / name for option, name in names.items()}
-    given = [word for option, path in paths.items() for word in (f"--{option}", str(path))]
-    cli.main(["solve", str(file), "--quiet", *given])
+    solve(file, *(word for name, path in paths.items() for word in (f"--{name}", path)))
     answer, clean = rs.solve(graph), read(paths["clean"])
     np.testing.assert_array_equal(read(paths["out"]).poses, answer.poses)
     np.testing.assert_array_equal(read(paths["out"]).ids, np.arange(60) + 500)
@@ -67,13 +71,13 @@ sys.exit(main(sys.argv[1:]))
 
 
 def test_without_matplotlib_only_a_drawing_is_missed_and_that_before_the_work(file, tmp_path):
-    def solve(option, name):
+    def run(option, name):
         given = ["solve", str(file), "--quiet", option, str(tmp_path / name)]
         command = [sys.executable, "-c", WITHOUT_MATPLOTLIB, *given]
         return subprocess.run(command, capture_output=True, text=True)
 
-    assert solve("--out", "map.g2o").returncode == 0 and (tmp_path / "map.g2o").is_file()
-    drawn = solve("--plot", "map.svg")
+    assert run("--out", "map.g2o").returncode == 0 and (tmp_path / "map.g2o").is_file()
+    drawn = run("--plot", "map.svg")
     fix = "robust-slam: maps are drawn by Matplotlib: pip install robust-slam[plot]"
     assert (drawn.returncode, drawn.stdout, drawn.stderr.strip()) == (2, "", fix)
 
@@ -82,7 +86,7 @@ def test_without_matplotlib_only_a_drawing_is_missed_and_that_before_the_work(fi
 def test_trajectories_are_in_the_order_of_the_ids_whichever_is_fixed(file, tmp_path, suffix):
     out = tmp_path / f"map{suffix}"
     file.write_text("FIX 40\n" + file.read_text())
-    cli.main(["solve", str(file), "--quiet", "--out", str(out)])
+    solve(file, "--out", out)
     poses = rs.solve(rs.load(file)).poses[[*range(1, 41), 0, *range(41, 60)]]
     columns = [1, 2] if suffix == ".tum" else [3, 7]
     np.testing.assert_array_equal(np.loadtxt(out)[:, columns], poses[:, :2])
@@ -98,7 +102,7 @@ def test_trajectories_are_in_the_order_of_the_ids_whichever_is_fixed(file, tmp_p
 )
 def test_odometry_across_a_gap_is_told_and_can_be_a_closure(file, capsys, names, arguments, said):
     write(file, rs.load(file), names=names)
-    code = cli.main(["solve", str(file), "--quiet", *arguments])
+    code = solve(file, *arguments)
     told = capsys.readouterr()
     notes = [line for line in told.out.splitlines() if line.startswith("note")]
     assert re.search(said or "^$", "".join(notes) + told.err)
@@ -117,8 +121,7 @@ def test_ids_with_letters_are_named_so_and_come_back_as_keys(tmp_path, capsys):
             for (i, j), (x, y, angle) in zip(spoiled.edges, spoiled.measurement, strict=True)
         )
     )
-    written = ["--out", str(out), "--rejected", str(edges)]
-    cli.main(["solve", str(path), "--quiet", "--closure", "K1-K0", *written])
+    solve(path, "--closure", "K1-K0", "--out", out, "--rejected", edges)
     i, j = spoiled.edges[np.argmax(is_outlier)]
     assert f"K{i} K{j} " in edges.read_text()
     assert f"rejected {len(edges.read_text().splitlines())} closures: K" in capsys.readouterr().out
@@ -132,14 +135,14 @@ def test_a_drive_and_its_closures_are_a_graph_and_the_map_has_its_times(tmp_path
     write_tum(drive, truth, times)
     write(closures, graph)
     closures.write_text("".join(closures.read_text().splitlines(keepends=True)[59:]))
-    given = ["--closures", str(closures), "--odometry", "0.05", "0.02", "--out", str(out)]
-    assert cli.main(["solve", str(drive), "--quiet", *given]) == 0
+    given = ["--closures", closures, "--odometry", "0.05", "0.02", "--out", out]
+    assert solve(drive, *given) == 0
     assert "closures   20, each within about 0.05 m" in capsys.readouterr().out
     np.testing.assert_array_equal(np.loadtxt(out)[:, 0], times)
     np.testing.assert_allclose(np.loadtxt(out)[:, 1:3], truth[:, :2], atol=0.3)
     # Without closures nothing tests it.
-    assert cli.main(["solve", str(drive), "--quiet", *given[2:5]]) == 1
-    assert cli.main(["solve", str(drive), "--quiet"]) == 2
+    assert solve(drive, *given[2:5]) == 1
+    assert solve(drive) == 2
     assert "such as --odometry 0.05 0.01 in m and rad" in capsys.readouterr().err
 
 
@@ -151,8 +154,8 @@ def test_a_drive_whose_quaternions_begin_with_w_is_read_again(tmp_path, capsys):
     np.savetxt(drive, rows[:, [0, 1, 2, 3, 7, 4, 5, 6]])
     rs.save(closures, graph)
     closures.write_text("".join(closures.read_text().splitlines(keepends=True)[39:]))
-    given = ["--closures", str(closures), "--odometry", "0.05", "0.02", "--quiet", "--readings"]
-    assert cli.main(["solve", str(drive), *given]) == 1
+    given = ["--closures", closures, "--odometry", "0.05", "0.02", "--readings"]
+    assert solve(drive, *given) == 1
     said = capsys.readouterr().out
     assert "reading  with quaternions of the trajectory that begin with w" in said
 
@@ -165,24 +168,21 @@ def test_landmarks_and_gps_are_used_or_left_out(file, tmp_path, capsys):
     fixes[1, 1] += 50.0
     gps = [f"EDGE_PRIOR_SE2_XY {k:.0f} {x} {y} 4 0 4\n" for k, x, y in fixes]
     file.write_text(file.read_text() + "".join(gps))
-    asked = [str(word) for pair in where.items() for word in pair]
-    assert cli.main(["solve", str(file), "--quiet", *asked]) == 1
+    assert solve(file, *(word for pair in where.items() for word in pair)) == 1
     said = capsys.readouterr().out
     assert "positions  5 of 6 kept" in said and "not certified" in said
     assert "10 " in where["--rejected"].read_text()
     np.testing.assert_allclose(np.loadtxt(where["--out"])[:, 1:3], truth[:, :2], atol=0.5)
-    assert cli.main(["solve", str(file), "--quiet", "--unknown", "skip"]) == 0
-    assert cli.main(["solve", str(file), "--quiet", "--clean", "clean.g2o"]) == 2
+    assert solve(file, "--unknown", "skip") == 0
+    assert solve(file, "--clean", "clean.g2o") == 2
     assert "--clean: it is for relative poses alone" in capsys.readouterr().err
 
 
-def test_a_public_graph_is_found_by_its_name(file, capsys, monkeypatch):
+def test_a_name_is_that_of_a_public_graph_and_an_interrupt_is_said(file, capsys, monkeypatch):
     monkeypatch.setattr(datasets, "find", {"intel": file}.__getitem__)
-    assert cli.main(["solve", "intel", "--quiet"]) == 0
+    assert solve("intel") == 0
     assert rs.load(file).summary() in capsys.readouterr().out
 
-
-def test_an_interrupt_ends_with_a_line_and_code_130(file, capsys, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
@@ -201,9 +201,9 @@ def test_a_pipe_that_closes_early_leaves_no_traceback(file):
 
 
 def test_without_time_there_is_a_map_without_a_certificate(file, capsys):
-    assert cli.main(["solve", str(file), "--quiet", "--max-seconds", "0"]) == 1
+    assert solve(file, "--max-seconds", "0") == 1
     assert "The time limit ended the computation" in capsys.readouterr().out
-    assert cli.main(["solve", str(file), "--quiet", "--max-seconds", "-1"]) == 2
+    assert solve(file, "--max-seconds", "-1") == 2
     assert "max_seconds is -1.0; give a number" in capsys.readouterr().err
 
 
@@ -214,7 +214,7 @@ def test_closures_are_named_by_the_ids_of_the_file(file, capsys):
     alone = np.all(np.sort(cut.edges < 30, axis=1) == [False, True], axis=1)
     alone[np.argmax(alone)] = False
     write(file, select(cut, ~alone), names=np.arange(60) * 2 + 500)
-    assert cli.main(["solve", str(file), "--quiet"]) == 1
+    assert solve(file) == 1
     said = capsys.readouterr().out
     i, j = np.array(re.search(r"that of closure (\d+)-(\d+):", said).groups(), dtype=int)
     assert {i < 560, j < 560} == {True, False}
@@ -228,7 +228,7 @@ def test_progress_is_shown_unless_it_is_quiet(file, capsys):
     cli.main(["solve", str(file)])
     said = capsys.readouterr().err
     assert "DCS with 1 of the claimed deviations" in said and "the certificate is computed" in said
-    cli.main(["solve", str(file), "--quiet"])
+    solve(file)
     assert capsys.readouterr().err == ""
 
 
@@ -244,7 +244,7 @@ def test_wrong_input_is_one_line_and_code_2(file, capsys, monkeypatch, wrong, me
     monkeypatch.chdir(file.parent)
     (file.parent / "bad.g2o").write_text(f"HELLO\n{file.read_text()}")
     monkeypatch.setattr("robust_slam.solver.Search", None)
-    assert cli.main(["solve", *wrong, "--quiet"]) == 2
+    assert solve(*wrong) == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and message in said[0]
 

@@ -39,24 +39,17 @@ def scaled(length, angle=1.0, information=None):
 def claiming(closures, one=None):
     """The town whose odometry claims a third, and its closures what is given; or ``one`` step."""
     given = np.where(TOWN.is_odometry[:, None, None], TOWN.information * 9.0, closures)
-    return (
-        replace(TOWN, information=given)
-        if one is None
-        else edge(replace(TOWN, information=given), one, information=closures)
-    )
+    claimed = replace(TOWN, information=given)
+    return claimed if one is None else edge(claimed, one, information=closures)
 
 
 def another(seed, noise):
     """The town, and each step of it once more: of another robot, or of another sensor."""
     rng = np.random.default_rng(seed)
     steps = TOWN.measurement[TOWN.is_odometry]
-    again = (
-        manhattan(60, rng)[0].measurement[:59]
-        if noise is None
-        else steps + noise * (rng.normal(size=steps.shape))
-    )
-    ends = TOWN.edges[TOWN.is_odometry]
-    return with_closures(TOWN, ends, again, TOWN.information[0])
+    other = manhattan(60, rng)[0].measurement[:59] if noise is None else None
+    again = steps + noise * rng.normal(size=steps.shape) if other is None else other
+    return with_closures(TOWN, TOWN.edges[TOWN.is_odometry], again, TOWN.information[0])
 
 
 def drive(yaw, w_first=False, origin=(0.0, 0.0), digits=12, way=None):
@@ -141,8 +134,9 @@ def test_a_doubt_is_told_of_the_files_that_have_it_alone(tmp_path, name, content
     assert (len(found) == 1 and words in found[0]) if words else found == ()
 
 
-def test_each_doubt_has_files():
+def test_each_doubt_has_files_and_degrees_are_seen_among_the_three_angles_of_toro():
     assert list(FILES) == list(DOUBTS)
+    assert TORO.space.angles == (3, 4, 5)
 
 
 class TestTheFile:
@@ -151,9 +145,6 @@ class TestTheFile:
         rows = [line.split() for line in (tmp_path / "graph.g2o").read_text().splitlines()]
         turning = [k for k, row in enumerate(rows, 1) if abs(float(row[5])) > 7.0]
         assert f"line {turning[0]}: edge " in read(tmp_path / "graph.g2o").doubts[0]
-
-    def test_degrees_are_seen_among_the_three_angles_of_toro(self):
-        assert TORO.space.angles == (3, 4, 5)
 
     def test_the_command_does_not_trust_it(self, tmp_path):
         write(tmp_path / "graph.g2o", replace(TOWN, information=np.linalg.inv(TOWN.information)))

@@ -41,11 +41,8 @@ def ends_of(places: np.ndarray, edges: np.ndarray) -> set[tuple[float, ...]]:
 
 def named(ax) -> dict[str, Line2D]:
     """The lines that the legend names, without their counts."""
-    return {
-        line.get_label().partition(" (")[0]: line
-        for line in ax.lines
-        if not line.get_label().startswith("_")
-    }
+    shown = (line for line in ax.lines if not line.get_label().startswith("_"))
+    return {line.get_label().partition(" (")[0]: line for line in shown}
 
 
 def words_below(ax) -> set[str]:
@@ -61,11 +58,13 @@ def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax):
         assert ends_drawn(ax, PALETTE[colour]) == ends_of(truth[:, :2], graph.edges[chosen])
 
 
-def test_a_map_has_one_scale_and_the_truth_is_dotted(ax):
-    graph, _, truth = town()
-    assert draw_map(graph, truth, ax, truth=truth) is ax
+def test_a_map_has_one_scale_the_truth_is_dotted_and_the_legend_shows_each_kind(ax):
+    graph, wrong, truth = town()
+    assert draw_map(graph, truth, ax, is_outlier=wrong, truth=truth) is ax
     assert ax.get_aspect() == 1.0
     assert [line.get_linestyle() for line in ax.lines].count(":") == 1
+    drawn = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
+    assert {(h.get_color(), h.get_linestyle()) for h in map_legend()} <= drawn
 
 
 def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax):
@@ -97,15 +96,11 @@ def judged(ax):
     return draw_map(graph, truth, ax, is_outlier=wrong, kept=kept)
 
 
-def test_decisions_are_named_and_counted_in_the_legend(judged):
+def test_decisions_are_counted_in_the_legend_and_have_looks_of_their_own_without_colour(judged):
     names, counts = np.unique(decisions()[-1], return_counts=True)
     assert len(names) == 5
-    assert words_below(judged) == {
-        f"{name} ({count})" for name, count in zip(names, counts, strict=True)
-    }
-
-
-def test_every_decision_has_a_look_of_its_own_without_colour(judged):
+    counted = zip(names, counts, strict=True)
+    assert words_below(judged) == {f"{name} ({count})" for name, count in counted}
     looks = {
         (str(line._unscaled_dash_pattern), line.get_linewidth(), line.get_marker())
         for line in named(judged).values()
@@ -161,10 +156,3 @@ def test_an_array_of_the_wrong_length_is_named(ax, name):
     arguments = {"poses": truth, name: np.zeros((3, 3))}
     with pytest.raises(ValueError, match=rf"{name}: the shape is \(3, 3\); give "):
         draw_map(graph, ax=ax, **arguments)
-
-
-def test_the_legend_shows_each_kind_as_the_map_draws_it(ax):
-    graph, wrong, truth = town()
-    draw_map(graph, truth, ax, is_outlier=wrong, truth=truth)
-    drawn = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
-    assert {(h.get_color(), h.get_linestyle()) for h in map_legend()} <= drawn

@@ -13,12 +13,11 @@ from robust_slam.graphs import (
     add_random_closures,
     ate,
     circle,
-    dead_reckoning,
     manhattan,
-    precision_recall,
     sphere,
 )
-from robust_slam.graphs.odometry import accumulated_rotation
+from robust_slam.graphs.metrics import precision_recall
+from robust_slam.graphs.odometry import accumulated_rotation, dead_reckoning
 from robust_slam.graphs.outliers import add_grouped_closures, spoil_closures
 from robust_slam.graphs.pose_graph import residual_norms, select, with_closures
 from robust_slam.solver import Support, solve
@@ -85,7 +84,7 @@ def test_a_single_outlier_bends_no_odometry():
 
 
 @pytest.mark.long
-def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_map() -> None:
+def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_map():
     """A sphere of 460 poses with 92 outliers is solved from several starts and certified."""
     noise = Noise(odometry=(0.05, 0.15), closure=(0.05, 0.15))
     clean, truth = sphere(460, 0, around=20, noise=noise)
@@ -267,13 +266,12 @@ def test_units_do_not_matter():
     graph, *_ = with_outliers(manhattan, 60, 2, 8, closures=20)
     millimetres = graph.measurement * [1000.0, 1000.0, 1.0]
     scale = np.array([1e-3, 1e-3, 1.0])
-    small = replace(
-        graph, measurement=millimetres, information=graph.information * np.outer(scale, scale)
-    )
+    claims = graph.information * np.outer(scale, scale)
+    small = replace(graph, measurement=millimetres, information=claims)
     np.testing.assert_array_equal(solve(small).kept, solve(graph).kept)
 
 
-def test_exact_measurements_leave_the_noise_within_what_arrays_hold() -> None:
+def test_exact_measurements_leave_the_noise_within_what_arrays_hold():
     steps, skips = ([[k, k + size] for k in range(30 - size)] for size in (1, 2))
     measured = [[1.0, 0.0, 0.0]] * len(steps) + [[2.0, 0.0, 0.0]] * len(skips)
     is_odometry = [True] * len(steps) + [False] * len(skips)
@@ -284,9 +282,11 @@ def test_exact_measurements_leave_the_noise_within_what_arrays_hold() -> None:
     assert np.all(answer.noise >= 1e-3)
 
 
-def test_what_is_known_besides_is_used():
+def test_what_is_known_besides_is_used_and_the_answer_tells_how_certain_a_pose_is():
     graph, is_outlier, truth, _ = with_outliers(manhattan, 60, 0, 8, closures=20)
     usual = solve(graph)
+    given = covariance(usual.precise, usual.poses, [20, 40], usual.weights)
+    np.testing.assert_array_equal(usual.covariance([20, 40]), given)
     away = graph.group.compose([50.0, 9.0, 1.0], truth)
     assert_same_poses(graph.group, solve(graph, start=away).poses, usual.poses, atol=1e-6)
     assert solve(graph, threshold=2.0).threshold == 2.0
@@ -310,10 +310,3 @@ def test_what_is_known_besides_is_used():
 def test_what_cannot_be_known_is_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         solve(manhattan(30, 0, closures=8)[0], **wrong)
-
-
-def test_the_answer_tells_how_certain_a_pose_is():
-    graph, _, _, _ = with_outliers(manhattan, 60, 0, 8, closures=20)
-    answer = solve(graph)
-    given = covariance(answer.precise, answer.poses, [20, 40], answer.weights)
-    np.testing.assert_array_equal(answer.covariance([20, 40]), given)

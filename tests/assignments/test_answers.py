@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 from itertools import zip_longest
-from pathlib import Path
 
 import pytest
 from robust_slam_autograder.grading import messages
@@ -23,7 +22,7 @@ SEEDS = (1, 20_260_101, 987_654_321, *range(101, 118))
 """All of them in ``make soak``, else the first: more would take longer than all other tests."""
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     if "seed" in metafunc.fixturenames:
         soak = kernel.is_soak(metafunc.config)
         metafunc.parametrize("seed", SEEDS if soak else SEEDS[:1])
@@ -70,9 +69,7 @@ def grade(
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize(("name", "column"), cases(right=True))
-def test_right_answers_get_full_marks(
-    name: str, column: tuple[Answer, ...], seed: int, wall_name: str
-) -> None:
+def test_right_answers_get_full_marks(name, column, seed, wall_name):
     """The first of an assignment waits for what any of its answers import, such as scipy.stats."""
     marks = grade(name, column, seed, choose(wall_name))
     for answer in column:
@@ -83,9 +80,7 @@ def test_right_answers_get_full_marks(
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize(("name", "column"), cases(right=False))
-def test_wrong_answers_lose_where_they_say(
-    name: str, column: tuple[Answer, ...], seed: int, wall_name: str
-) -> None:
+def test_wrong_answers_lose_where_they_say(name, column, seed, wall_name):
     # That a wall changes no mark is asked once for an assignment; without one it is quicker.
     walled = column == rounds(name, right=False)[0]
     marks = grade(name, column, seed, choose(wall_name) if walled else BareFork())
@@ -102,21 +97,15 @@ def test_wrong_answers_lose_where_they_say(
         if answer.is_visible:
             assert answer.caught_by in stopped, f"{answer.name} passes the visible checks"
         else:
-            assert not stopped, (
-                f"{answer.name} for {answer.exercise} is stopped by a visible check: "
-                f"write stopped_by = {stopped[0]!r} in place of caught_by"
-            )
+            told = f"{answer.name} for {answer.exercise} is stopped by a visible check: write"
+            assert not stopped, f"{told} stopped_by = {stopped[0]!r} in place of caught_by"
 
 
 @pytest.mark.sandbox
 @pytest.mark.parametrize("name", answers.assignments())
-def test_a_release_scores_nothing_and_the_solutions_all(
-    name: str, released: Path, wall_name: str
-) -> None:
+def test_a_release_scores_nothing_and_the_solutions_all(name, released, wall_name):
     most = sum(case.points for case in load(name).cases)
-    for made, score in (
-        (answers.source_notebook(name, released), 0),
-        (answers.solved(name, released), most),
-    ):
+    untouched, solved = answers.source_notebook(name, released), answers.solved(name, released)
+    for made, score in ((untouched, 0), (solved, most)):
         code = toy.submission(made, load(name))
         assert toy.both_passes(load(name), code, SEEDS[0], choose(wall_name)).score == score

@@ -70,7 +70,7 @@ def passes(name: str, case: reference.Case, wrap: Callable[[Function], Function]
 
 
 @pytest.mark.parametrize("name", answers.assignments())
-def test_a_list_is_as_good_as_an_array(name: str) -> None:
+def test_a_list_is_as_good_as_an_array(name):
     def listing(function: Function) -> Function:
         return lambda *args, **kwargs: in_parts(as_list, function(*args, **kwargs))
 
@@ -80,18 +80,14 @@ def test_a_list_is_as_good_as_an_array(name: str) -> None:
 
 @pytest.mark.parametrize("wrap", [always_the_first, its_input])
 @pytest.mark.parametrize("name", answers.assignments())
-def test_an_answer_by_heart_passes_no_hidden_check(
-    name: str, wrap: Callable[[Function], Function]
-) -> None:
+def test_an_answer_by_heart_passes_no_hidden_check(name, wrap):
     cases = [case for case in reference.load(name).assignment.cases if case.has_hidden]
     assert not [case.grade_id for case in cases if passes(name, case, wrap)]
 
 
 @pytest.mark.parametrize("change", [not_a_number, one_dimension_more])
 @pytest.mark.parametrize("name", answers.assignments())
-def test_nan_and_another_shape_pass_no_hidden_check(
-    name: str, change: Callable[[Any], Any]
-) -> None:
+def test_nan_and_another_shape_pass_no_hidden_check(name, change):
     changed: list[str] = []
 
     def changing(function: Function) -> Function:

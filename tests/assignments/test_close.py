@@ -1,7 +1,5 @@
 """The ``close`` of the set-up cells takes what agrees, and says what differs."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -29,7 +27,7 @@ close = reference.load("03-irls").names["close"]
         ([[1, 2], [3, 5]], [[1, 2], [3, 4]], "Why.\nHere, entry [1, 1] is 5; expected 4."),
     ],
 )
-def test_lists_agree_with_arrays_and_what_differs_is_said(got: Any, want: Any, said: str) -> None:
+def test_lists_agree_with_arrays_and_what_differs_is_said(got, want, said):
     found = ""
     try:
         close(got, want, "Why.")
@@ -38,7 +36,7 @@ def test_lists_agree_with_arrays_and_what_differs_is_said(got: Any, want: Any, s
     assert found == said
 
 
-def test_the_tolerance_may_be_another() -> None:
+def test_the_tolerance_may_be_another():
     close(1.05, 1.0, "Why.", rtol=0, atol=0.1)
     with pytest.raises(AssertionError, match=r"^Here, it is 1\.05"):
         close(1.05, 1.0)

@@ -23,20 +23,21 @@ def size(u):
     return u
     ### END SOLUTION
 """
+CELL = "def f({}):\n    {}\n    ### BEGIN SOLUTION\n    {}\n    ### END SOLUTION\n"
 POSITIVE = "assert size(3) == 3\nassert size(0.5) == 0.5"
 NEGATIVE = "assert size(-0.5) == 0.5\nassert size(-3) == 3"
 BOTH = {"positive": POSITIVE, "negative": NEGATIVE}
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Path:
+def tree(tmp_path):
     """An assignment of one exercise, whose cases notice all that can be noticed."""
     plant(tmp_path, "size", SOLUTION, BOTH)
     return tmp_path
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
+def report(tmp_path_factory):
     """What a run finds in that assignment."""
     tree = tmp_path_factory.mktemp("tree")
     plant(tree, "size", SOLUTION, BOTH)
@@ -58,8 +59,7 @@ def judge(tree: Path, line: str, becomes: str, reason: str = "0 is -0") -> Path:
 
 def changes(source: str) -> set[str]:
     """What may become of a solution's one line."""
-    text = f"def f(a, b):\n    ### BEGIN SOLUTION\n    {source}\n    ### END SOLUTION\n"
-    return {mutant.becomes for mutant in mutants("f", text)}
+    return {mutant.becomes for mutant in mutants("f", CELL.format("a, b", "# before", source))}
 
 
 @pytest.mark.parametrize(
@@ -86,32 +86,26 @@ def changes(source: str) -> set[str]:
         ("a = np.inf", {"a = np.nan"}),
     ],
 )
-def test_a_line_is_changed_in_all_the_ways_that_it_can_be(source: str, wanted: set[str]) -> None:
+def test_a_line_is_changed_in_all_the_ways_that_it_can_be(source, wanted):
     assert wanted <= changes(source)
 
 
-def test_a_change_keeps_the_rest_of_the_text_and_every_mutant_differs() -> None:
-    text = (
-        "def f(ψ):\n    # as it was\n    ### BEGIN SOLUTION\n"
-        "    return ψ  -  2\n    ### END SOLUTION\n"
-    )
+def test_a_change_keeps_the_rest_of_the_text_and_every_mutant_differs():
+    text = CELL.format("ψ", "# as it was", "return ψ  -  2")
     found = [mutant.source for mutant in mutants("f", text)]
     assert len(set(found)) == len(found) > 4
     assert text.replace("2", "3") in found
     assert all("# as it was" in source for source in found)
 
 
-def test_only_solution_regions_are_changed_and_no_words_of_an_error() -> None:
-    text = (
-        "def f(a=1):\n    b = 2\n    ### BEGIN SOLUTION\n"
-        "    raise ValueError(f'{a + 1} of 3')\n    ### END SOLUTION\n"
-    )
+def test_only_solution_regions_are_changed_and_no_words_of_an_error():
+    text = CELL.format("a=1", "b = 2", "raise ValueError(f'{a + 1} of 3')")
     assert [mutant.becomes for mutant in mutants("f", text)] == ["pass"]
     with pytest.raises(ValueError, match="BEGIN SOLUTION"):
         mutants("f", "def f(): return 1")
 
 
-def test_a_planted_mutant_is_killed_by_the_case_that_notices(report: Report) -> None:
+def test_a_planted_mutant_is_killed_by_the_case_that_notices(report):
     killers = {one.mutant.becomes: one.lost for one in report.verdicts}
     assert killers["return u"] == ("size-negative",)
     assert killers["if u < 1:"] == ("size-positive",)
@@ -119,7 +113,7 @@ def test_a_planted_mutant_is_killed_by_the_case_that_notices(report: Report) -> 
     assert [one.mutant.becomes for one in report.survivors] == ["if u <= 0:"]
 
 
-def test_what_is_judged_equivalent_counts_for_the_score_alone(report: Report, tree: Path) -> None:
+def test_what_is_judged_equivalent_counts_for_the_score_alone(report, tree):
     judged = equivalents.read(judge(tree, "if u < 0:", "if u <= 0:"))
     after = Report(NAME, report.verdicts, judged)
     assert (len(after.equivalent), after.score) == (1, 1.0)
@@ -129,9 +123,7 @@ def test_what_is_judged_equivalent_counts_for_the_score_alone(report: Report, tr
     assert Report(NAME, [*report.verdicts, *killed], judged).is_good
 
 
-def test_a_survivor_is_reported_where_a_case_is_missing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_survivor_is_reported_where_a_case_is_missing(tmp_path, capsys):
     plant(tmp_path, "size", SOLUTION, {"positive": POSITIVE})
     assert status(tmp_path) == 1
     assert "    - return -u\n    + return u\n" in capsys.readouterr().out
@@ -141,20 +133,18 @@ def test_a_survivor_is_reported_where_a_case_is_missing(
     ("line", "becomes", "problem"),
     [("if u < 7:", "if u <= 7:", "no mutant"), ("if u < 0:", "if u >= 0:", "kills")],
 )
-def test_a_stale_judgement_is_refused(
-    tree: Path, line: str, becomes: str, problem: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_stale_judgement_is_refused(tree, line, becomes, problem, capsys):
     judge(tree, line, becomes)
     assert status(tree) == 2
     assert problem in capsys.readouterr().err
 
 
-def test_a_judgement_needs_a_reason(tree: Path) -> None:
+def test_a_judgement_needs_a_reason(tree):
     with pytest.raises(equivalents.Stale, match="reason"):
         equivalents.read(judge(tree, "if u < 0:", "if u <= 0:", reason=" "))
 
 
-def test_an_endless_loop_is_cut_and_counts_as_killed(tree: Path) -> None:
+def test_an_endless_loop_is_cut_and_counts_as_killed(tree):
     (one,) = run.exercises(tree / NAME / f"{NAME}.ipynb")
     endless = "def size(u):\n    while True:\n        pass\n"
     limited = run.with_limits(one, seed=1)
@@ -163,7 +153,7 @@ def test_an_endless_loop_is_cut_and_counts_as_killed(tree: Path) -> None:
     assert verdict.is_killed
 
 
-def test_a_reference_that_loses_marks_is_refused(tmp_path: Path) -> None:
+def test_a_reference_that_loses_marks_is_refused(tmp_path):
     plant(tmp_path, "size", SOLUTION, {"negative": NEGATIVE.replace("== 3", "== 4")})
     with pytest.raises(WrongUse, match="size-negative"):
         command.mutate(NAME, tmp_path, tmp_path, seed=1, jobs=1)

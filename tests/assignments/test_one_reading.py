@@ -151,9 +151,7 @@ def passed(result: Result) -> dict[str, bool]:
 
 
 @pytest.mark.parametrize("name", answers.assignments())
-def test_both_pick_the_same_code_after_each_change_to_each_exercise(
-    name: str, released: Path
-) -> None:
+def test_both_pick_the_same_code_after_each_change_to_each_exercise(name, released):
     graded, described = answers.load(name), assignments.released(released / name)
     assert described is not None
     for field in ("setup", "solutions", "names", "exercises", "given", "blocks"):
@@ -175,8 +173,8 @@ def test_both_pick_the_same_code_after_each_change_to_each_exercise(
 @pytest.mark.parametrize("wrong", [0, 1, 2])
 @pytest.mark.parametrize("name", answers.assignments())
 def test_check_passes_what_the_visible_cases_of_the_grade_pass(
-    name: str, wrong: int, released: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    name, wrong, released, tmp_path, monkeypatch
+):
     monkeypatch.setattr(self_check, "choose", lambda **options: BareFork())
     (tmp_path / "autograder.toml").write_bytes((released / name / "autograder.toml").read_bytes())
     graded = answers.load(name)

@@ -3,7 +3,6 @@
 import subprocess
 from pathlib import Path
 
-import pytest
 from robust_slam_autograder import cli, self_check
 from robust_slam_autograder.misconceptions import tables
 from robust_slam_autograder.publishing.student_release import release
@@ -28,29 +27,25 @@ def labelled(folder: Path, hidden: str) -> Path:
     return path
 
 
-def test_hidden_cases_leave_no_trace_in_it(tmp_path: Path) -> None:
+def test_hidden_cases_leave_no_trace_in_it(tmp_path):
     one, other = (labelled(tmp_path / name, name) for name in ("normal", "exponential"))
     files = [(path.parent / tables.FILE).read_bytes() for path in (one, other)]
     assert files[0] == files[1]
 
 
-def test_make_release_finds_out_first_how_answers_can_be_wrong() -> None:
+def test_make_release_finds_out_first_how_answers_can_be_wrong():
     done = subprocess.run(["make", "-nB", "release"], capture_output=True, text=True, check=True)
     told = [done.stdout.find(f"autograder {command}") for command in ("misconceptions", "release")]
     assert -1 < told[0] < told[1]
 
 
-def test_check_says_what_it_looks_like_and_hints_when_asked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_check_says_what_it_looks_like_and_hints_when_asked(tmp_path, capsys):
     path = labelled(tmp_path, "normal")
     config = path.with_name(assignments.CONFIG_NAME)
     hints = 'chapter = "07-toy"\n[hints]\ndouble = ["Look here.", "Compute that.", "The idea."]\n'
     config.write_text(hints + config.read_text(), encoding="utf-8")
-    made = answers.with_answers(
-        answers.source_notebook(toy.NAME, path.parents[1]), {"double": HALVED}
-    )
-    answers.write(path, made)
+    notebook = answers.source_notebook(toy.NAME, path.parents[1])
+    answers.write(path, answers.with_answers(notebook, {"double": HALVED}))
     self_check.run(path, hints=2)
     said = capsys.readouterr().out
     assert "It looks as if" in said and "Read again: chapter 07-toy" in said

@@ -1,7 +1,5 @@
 """A hidden case that fails the reference with a few seeds is found among many that pass."""
 
-from pathlib import Path
-
 from tests.assignments.planted import NAME, plant
 from tests.assignments.seeds import failures
 
@@ -22,7 +20,7 @@ assert half(u) > 0
 """
 
 
-def test_a_case_that_fails_now_and_then_is_found(tmp_path: Path) -> None:
+def test_a_case_that_fails_now_and_then_is_found(tmp_path):
     cases = {"rare": CASE.format(values=100), "one": CASE.format(values="1, 100")}
     plant(tmp_path, "half", SOLUTION, cases)
     found = list(failures(NAME, range(1, 601), jobs=2, tree=tmp_path))

@@ -17,7 +17,7 @@ def cells(name: str) -> list[dict[str, object]]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_first_and_the_last_cell_say_what_to_do(name: str) -> None:
+def test_the_first_and_the_last_cell_say_what_to_do(name):
     first, *_, last = (cell["source"] for cell in cells(name))
     command = f"`autograder check {name}.ipynb`"
     assert command in first and command in last
@@ -26,7 +26,7 @@ def test_the_first_and_the_last_cell_say_what_to_do(name: str) -> None:
     assert "The first one draws a picture of what your function does" in first
 
 
-def test_every_set_up_compares_by_the_same_close() -> None:
+def test_every_set_up_compares_by_the_same_close():
     setups = [one for name in NAMES for one in cells(name) if one["id"] == "setup"]
     nodes = [node for one in setups for node in ast.parse(one["source"]).body]
     found = [ast.unparse(node) for node in nodes if getattr(node, "name", "") == "close"]
@@ -41,9 +41,7 @@ def test_every_set_up_compares_by_the_same_close() -> None:
         ("start_mu", "(μ+1)/μ = 2"),
     ],
 )
-def test_what_is_to_be_derived_is_the_last_hint_and_in_no_visible_check(
-    exercise: str, formula: str
-) -> None:
+def test_what_is_to_be_derived_is_the_last_hint_and_in_no_visible_check(exercise, formula):
     assignment = reference.load("05-gnc").assignment
     hints = assignment.config.hints[exercise]
     assert [formula in hint for hint in hints] == [False, False, True]

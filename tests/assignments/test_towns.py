@@ -1,6 +1,5 @@
 """A student's own data: as hard for everybody, and the same at every grading."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ WITH_TOWN = ("05-gnc", "08-showcase", "09-capstone")
 DATA = {"05-gnc": "readings", "08-showcase": "walk", "09-capstone": "walk"}
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     if "answer" in metafunc.fixturenames:
         found = [
             pytest.param(name, answer, id=f"{name}-{answer.exercise}-{answer.name}")
@@ -62,9 +61,7 @@ def passed(name: str, answer: Answer, town: int) -> list[str]:
 
 
 @pytest.mark.long
-def test_an_answer_has_the_same_mark_whatever_the_number(
-    name: str, answer: Answer, request: pytest.FixtureRequest
-) -> None:
+def test_an_answer_has_the_same_mark_whatever_the_number(name, answer, request):
     numbers = students(100 if kernel.is_soak(request.config) else 4)
     marks = {tuple(passed(name, answer, town)) for town in numbers}
     assert len(marks) == 1
@@ -73,7 +70,7 @@ def test_an_answer_has_the_same_mark_whatever_the_number(
 
 
 @pytest.mark.parametrize("name", WITH_TOWN)
-def test_the_number_decides_the_data(name: str) -> None:
+def test_the_number_decides_the_data(name):
     draw = reference.load(name).names[DATA[name]]
 
     def numbers(town: int) -> bytes:
@@ -84,7 +81,7 @@ def test_the_number_decides_the_data(name: str) -> None:
     assert numbers(one) == numbers(one) != numbers(other)
 
 
-def test_a_batch_keeps_its_numbers_whatever_its_seed(tmp_path: Path) -> None:
+def test_a_batch_keeps_its_numbers_whatever_its_seed(tmp_path):
     journal = open_journal(tmp_path, None)
     assert journal.town("ada") == seeds.SHARED_TOWN
     journal.give_towns()
@@ -108,8 +105,8 @@ def gnc(z, *rest, **more):
     [("TOWN = 0", 0, 0), ("TOWN = 482913", 1, 0), ("TOWN = '482913'", 0, 1), ("", 0, 1)],
 )
 def test_a_check_draws_the_data_from_the_number_that_was_typed(
-    released: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], first: str, loses, note
-) -> None:
+    released, tmp_path, capsys, first, loses, note
+):
     solution = answers.solutions("05-gnc")["gnc"] + LOSES_MINE
     value = answers.with_answers(answers.solved("05-gnc", released), {"gnc": solution})
     for cell in value["cells"]:

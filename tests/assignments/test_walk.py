@@ -3,11 +3,9 @@
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser
 from robust_slam_autograder.reading.labelled import Answer
 
 from solutions.classes import answers
@@ -38,18 +36,14 @@ def failed(cells: Iterable[Mapping[str, Any]]) -> set[str]:
 
 
 @pytest.mark.parametrize("name", answers.assignments())
-def test_wrong_answers_are_refused_and_right_ones_pass(
-    name: str, browser: Browser, released: Path, tmp_path: Path
-) -> None:
+def test_wrong_answers_are_refused_and_right_ones_pass(name, browser, released, tmp_path):
     path = shutil.copytree(released / name, tmp_path / name) / f"{name}.ipynb"
     visible_first = sorted(answers.answers(name), key=lambda answer: not answer.is_visible)
     wrong = one_of_each(answer for answer in visible_first if not answer.is_right)
     right = one_of_each(answer for answer in visible_first if answer.is_right)
     variables = jupyterlab.environment(tmp_path / "home")
-    with (
-        jupyterlab.running(path.parent, variables) as address,
-        jupyterlab.page_of(browser) as page,
-    ):
+    lab = jupyterlab.running(path.parent, variables)
+    with lab as address, jupyterlab.page_of(browser) as page:
         notebook = jupyterlab.Notebook(page, address, path)
         notebook.type_in(sources(wrong))
         with_wrong = notebook.run_all()

@@ -7,7 +7,7 @@ from benchmarks import nees
 from benchmarks.nees import Row
 
 
-def test_the_band_is_that_of_the_chi_square_distribution() -> None:
+def test_the_band_is_that_of_the_chi_square_distribution():
     # From a table: χ² with 10 degrees of freedom is between 3.247 and 20.483 in 95 % of all cases.
     assert nees.band(10, 1) == pytest.approx((3.247, 20.483), abs=1e-3)
     assert nees.band(5, 2) == pytest.approx((3.247 / 2, 20.483 / 2), abs=1e-3)

@@ -18,19 +18,9 @@ from robust_slam_course.results import read_results
 from benchmarks import methods
 from benchmarks.methods import Score
 from benchmarks.sweep import __main__ as door
-from benchmarks.sweep import entry, journal, seal, summary
+from benchmarks.sweep import definition, entry, journal, seal, summary
 from benchmarks.sweep.changes import CHANGES, FACTORS, NOISY, SLIPS
-from benchmarks.sweep.definition import (
-    ALIASED,
-    KINDS,
-    PERCENTS,
-    PLANS,
-    TIERS,
-    World,
-    digest,
-    make,
-    worlds,
-)
+from benchmarks.sweep.definition import PLANS, TIERS, World, digest, make, worlds
 from benchmarks.sweep.journal import Run
 from benchmarks.sweep.run import Task, do, run_world
 
@@ -54,14 +44,13 @@ def pretended(tasks: Sequence[Task]) -> Iterator[Run]:
 
 
 class TestWorlds:
-    @pytest.mark.parametrize("kind", KINDS)
+    @pytest.mark.parametrize("kind", definition.KINDS)
     @pytest.mark.parametrize("graph", GENERATED)
     def test_the_rate_is_of_all_closures(self, graph, kind):
-        for percent in PERCENTS:
+        for percent in definition.PERCENTS:
             made = make(World(graph, kind, percent, 0))
-            assert np.mean(made.is_outlier[~made.graph.is_odometry]) == pytest.approx(
-                percent / 100, abs=0.0125
-            )
+            rate = np.mean(made.is_outlier[~made.graph.is_odometry])
+            assert rate == pytest.approx(percent / 100, abs=0.0125)
 
     @pytest.mark.parametrize("graph", GENERATED)
     def test_kinds_and_rates_share_the_graph_of_a_seed(self, graph):
@@ -96,9 +85,8 @@ class TestTiers:
         assert np.array_equal(plain.graph.measurement, wrong.graph.measurement)
         assert np.array_equal(plain.graph.information, wrong.honest.information)
         kind, _, factor = change.partition(" ")
-        ratio = np.diagonal(
-            plain.graph.information / np.maximum(wrong.graph.information, 1e-9), 0, 1, 2
-        )
+        claims = np.maximum(wrong.graph.information, 1e-9)
+        ratio = np.diagonal(plain.graph.information / claims, 0, 1, 2)
         claimed = np.ones_like(ratio)
         rows = plain.graph.is_odometry if kind == "odometry" else slice(None)
         claimed[rows, 2 if kind == "rotations" else 0 :] = FACTORS[factor] ** 2
@@ -110,14 +98,12 @@ class TestTiers:
             moved = np.any(made.graph.information != made.honest.information, axis=(1, 2))
             assert np.sum(moved) == share
             assert np.all(made.graph.is_odometry[moved])
-            claimed, true = (
-                pose_graph.residual_norms(graph, made.reference)[moved]
-                for graph in (made.graph, made.honest)
-            )
+            norms = pose_graph.residual_norms
+            claimed, true = (norms(g, made.reference)[moved] for g in (made.graph, made.honest))
             assert np.median(claimed) > 2 * np.sqrt(3) > np.median(true)
 
     def test_one_group_is_half_to_twice_the_inliers(self):
-        for percent, size in ALIASED.items():
+        for percent, size in definition.ALIASED.items():
             made = make(World("manhattan", "aliased", percent, 0, "E"))
             closures = ~made.graph.is_odometry
             assert int(made.is_outlier.sum()) == size
@@ -134,9 +120,7 @@ class TestTiers:
 
 
 class TestEntry:
-    def test_the_commands_of_the_awk_script_enter_it_as_dead_reckoning(
-        self, tmp_path, monkeypatch, capsys
-    ):
+    def test_the_awk_script_enters_as_dead_reckoning(self, tmp_path, monkeypatch, capsys):
         places = [("manhattan", "random", 10, 0), ("sphere", "local", 50, 1)]
         chosen = [World(*place) for place in places]
         for module in (entry, door):
@@ -152,9 +136,7 @@ class TestEntry:
         (maps / "seconds.csv").write_text(f"{entry.name_of(chosen[0])},0.5\n")
         entry.main(["score", str(maps), "--name", "awk", "--journal", "journal.jsonl"])
         said = capsys.readouterr().out.splitlines()
-        assert [line.split()[-3:] for line in said[-3:]] == [
-            [close, "of", "2"] for close in ("0", "2", "2")
-        ]
+        assert [line.split()[-3:] for line in said[-3:]] == [[n, "of", "2"] for n in "022"]
         done = journal.read(Path("journal.jsonl"))
         assert done[chosen[0], "awk"].seconds == 0.5
         for world in chosen:
@@ -163,11 +145,9 @@ class TestEntry:
         (row,) = (one for one in rows(summary.tiers(done.values())) if one["method"] == "awk")
         assert (row["runs"], row["cpu"], row["cpu_ratio"]) == ("2", "", "")
 
-    def test_a_missing_map_is_a_failed_run(self, tmp_path):
+    def test_a_missing_map_fails_and_a_g2o_map_is_read_and_a_short_one_refused(self, tmp_path):
         (run,) = entry.score_maps(tmp_path, "none", [WORLD])
         assert (run.score, run.failed) == (None, "no map")
-
-    def test_a_g2o_map_is_read_and_a_short_one_refused(self, tmp_path):
         made = make(WORLD)
         path = tmp_path / f"{entry.name_of(WORLD)}.g2o"
         write(path, made.graph, made.reference)
@@ -179,7 +159,7 @@ class TestEntry:
 
 
 class TestJournal:
-    def test_half_a_line_is_dropped_and_what_is_noted_after_it_is_read(self, tmp_path):
+    def test_half_a_line_and_another_sweep_are_dropped(self, tmp_path, monkeypatch):
         path = tmp_path / "deep" / "journal.jsonl"
         for run in (DONE, FAILED):
             journal.append(path, run)
@@ -187,10 +167,6 @@ class TestJournal:
         assert list(journal.read(path)) == [DONE.key]
         journal.append(path, FAILED)
         assert journal.read(path) == {run.key: run for run in (DONE, FAILED)}
-
-    def test_another_sweep_does_not_count(self, tmp_path, monkeypatch):
-        path = tmp_path / "journal.jsonl"
-        journal.append(path, DONE)
         monkeypatch.setitem(methods.PARAMETERS, "steps", methods.STEPS + 1)
         assert journal.read(path) == {}
 
@@ -352,18 +328,14 @@ class TestTable:
 
     def test_a_row_of_the_committed_table_comes_out_again(self):
         method = "GNC-TLS from least squares"
-        (committed,) = (
-            row
-            for row in rows(door.TABLE.read_text(encoding="utf-8"))
-            if (row["graph"], row["kind"], int(row["percent"])) == WORLD[:3]
-            and row["method"] == method
-        )
+        place = dict(zip(("graph", "kind", "percent"), map(str, WORLD), strict=False))
+        wanted = (place | {"method": method}).items()
+        table = rows(door.TABLE.read_text(encoding="utf-8"))
+        (committed,) = (row for row in table if wanted <= row.items())
         seeds = range(int(committed["runs"]))
         again = [run for seed in seeds for run in run_world(WORLD._replace(seed=seed), [method])]
         (row,) = rows(summary.text(again))
         assert len(seeds) > 0
-        assert [row[key] for key in ("failed", "good")] == [
-            committed[key] for key in ("failed", "good")
-        ]
+        assert all(row[key] == committed[key] for key in ("failed", "good"))
         for key in ("precision", "recall", "ate_median", "ate_worst"):
             assert float(row[key]) == pytest.approx(float(committed[key]), abs=2e-3)

@@ -22,20 +22,12 @@ COLOURED = re.compile(r'<span class="\w{1,3}">([^<]*)</span>')
 
 
 @dataclass(frozen=True)
-class Said:
-    """What the build said, and its exit status."""
-
-    log: str
-    status: int
-
-
-@dataclass(frozen=True)
 class Site:
-    """The folder of the built pages, and what the build said."""
+    """The built pages: what the build said, its exit status, and their folder."""
 
-    folder: Path
     log: str
     status: int
+    folder = ROOT / "build" / "_build" / "html"
 
     def parsed(self, page: str) -> BeautifulSoup:
         """A page without what is in its drawings and formulas and the colours of its code."""
@@ -61,31 +53,31 @@ def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:
     kept = ROOT / "build" / ".book.tested"
     with (ROOT / "build" / ".book.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        said = _read(kept, run) or _made() or _build()
-        kept.write_text(json.dumps({"run": run, **asdict(said)}), encoding="utf-8")
-    return Site(ROOT / "build" / "_build" / "html", said.log, said.status)
+        site = _read(kept, run) or _made() or _build()
+        kept.write_text(json.dumps({"run": run, **asdict(site)}), encoding="utf-8")
+    return site
 
 
-def _read(kept: Path, run: str | None) -> Said | None:
+def _read(kept: Path, run: str | None) -> Site | None:
     if run is None or not kept.exists():
         return None
     found = json.loads(kept.read_text(encoding="utf-8"))
-    return Said(found["log"], found["status"]) if found["run"] == run else None
+    return Site(found["log"], found["status"]) if found["run"] == run else None
 
 
-def _made() -> Said | None:
+def _made() -> Site | None:
     log = ROOT / "build" / "log" / "book.log"
     # Apart from the make that runs these tests.
     environment = {name: value for name, value in os.environ.items() if "MAKE" not in name}
     asked = ["make", "--question", "build/.book"]
     done = subprocess.run(asked, cwd=ROOT, env=environment, capture_output=True, check=False)
-    return Said(log.read_text("utf-8"), 0) if done.returncode == 0 and log.is_file() else None
+    return Site(log.read_text("utf-8"), 0) if done.returncode == 0 and log.is_file() else None
 
 
-def _build() -> Said:
+def _build() -> Site:
     if not (fonts.MADE / fonts.STYLE).is_file():  # `make book` has made them
         fonts.main()
     book = Path(sys.executable).with_name("jupyter-book")
     command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    return Said(done.stdout + done.stderr, done.returncode)
+    return Site(done.stdout + done.stderr, done.returncode)

@@ -64,13 +64,10 @@ def efficiency(kernel: kernels.Kernel, d: int = 1) -> float:
 
     def mean(values: Callable[[float, float], float]) -> float:
         """The mean over the chi distribution, of ``d`` degrees of freedom, of the norm."""
-        return quad(
-            lambda u: (
-                values(u, float(kernel.psi(u))) * scale * u ** (d - 1) * math.exp(-(u**2) / 2)
-            ),
-            0,
-            14,
-            points=[kernel.scale],
-        )[0]
+
+        def share(u: float) -> float:
+            return values(u, float(kernel.psi(u))) * scale * u ** (d - 1) * math.exp(-(u**2) / 2)
+
+        return quad(share, 0, 14, points=[kernel.scale])[0]
 
     return mean(lambda u, psi: u * psi) ** 2 / (d * mean(lambda u, psi: psi**2))

@@ -86,16 +86,13 @@ def take_hold(picture: Locator, toward: int) -> None:
         move(next(controls(picture)))
 
 
-def follows(
-    picture: Locator,
-    key: str | None = None,
-    way: Callable[[Locator, str, int], None] = by_keyboard,
-) -> bool:
+Way = Callable[[Locator, str, int], None]
+
+
+def follows(picture: Locator, key: str | None = None, way: Way = by_keyboard) -> bool:
     """Tell whether a handle, by default the first, changes drawing and words, to either side.
 
-    Of a picture without handles it is the first control.
-
-    The page below the picture must not move.
+    Of a picture without handles it is the first control. The page below it must not move.
     """
     for toward in (1, -1):
         reset(picture)

@@ -14,6 +14,12 @@ COLOURS = "runOnly: ['color-contrast', 'link-in-text-block']"
 LOOKS: list[str] = []
 """The looks of the texts of all pages so far, in both themes."""
 Looks = list[str] | None
+ALONE = """(part) => {
+  for (const each of document.querySelectorAll("article section > *")) {
+    const belongs = each.matches("h1") || each.closest(part) || each.querySelector(part);
+    if (!belongs) each.remove();
+  }
+}"""
 DARK = "document.documentElement.dataset.theme = 'dark'"
 EACH_LOOK_ONCE = """(known) => {
   const looks = new Map(known.map((look, place) => [look, place]));
@@ -81,6 +87,14 @@ STILL = """Promise.allSettled(document.getAnimations()
 """Resolves when nothing fades or moves any more."""
 
 
+def leave_alone(page: Page, part: str) -> None:
+    """Leave of the text its title and the parts that a selector names: axe-core takes long.
+
+    What a page has around its text stays, as do its colours.
+    """
+    page.evaluate(ALONE, part)
+
+
 def violations(page: Page, options: str = "", seen: Looks = None) -> list[dict[str, object]]:
     """What axe-core says against looks not seen yet; of what is well it keeps no record."""
     seen = [] if seen is None else seen
@@ -88,9 +102,8 @@ def violations(page: Page, options: str = "", seen: Looks = None) -> list[dict[s
         page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8"))
         page.evaluate(READY)
     seen[:] = page.evaluate(EACH_LOOK_ONCE, seen)
-    return page.evaluate(
-        f"axe.run({{resultTypes: ['violations'], {options}}}).then(ran => ran.violations)"
-    )
+    ran = f"axe.run({{resultTypes: ['violations'], {options}}})"
+    return page.evaluate(f"{ran}.then(ran => ran.violations)")
 
 
 def complaints(

@@ -19,18 +19,9 @@ from tests.book import prose
 PAGE = prose.CHAPTERS / "api.md"
 MODULES = {"cli", "drawing", "progress", "solver"}
 FOLDERS = (
-    "estimators",
-    "graphs",
-    "groups",
-    "files",
-    "descent",
-    "consistency",
-    "certificates",
-    "factors",
-    "fleet",
-    "incremental",
+    *("estimators", "graphs", "groups", "files", "descent", "consistency", "certificates"),
+    *("factors", "fleet", "incremental"),
 )
-
 
 EXAMPLES = "\n".join(
     re.findall(r"^```python\n(>>>.*?)^```$", PAGE.read_text("utf-8"), re.MULTILINE | re.DOTALL)
@@ -61,7 +52,7 @@ def test_each_name_has_an_example_that_is_run(folder):
 
 
 @pytest.mark.parametrize("folder", ["", *FOLDERS])
-def test_what_is_listed_is_there_and_a_name_elsewhere_is_told(folder):
+def test_what_is_listed_is_there_and_in_a_section_and_a_name_elsewhere_is_told(folder):
     found = getattr(rs, folder) if folder else rs
     listed = {name for name in found.__all__ if not name.startswith("_")}
     assert listed <= set(dir(found))
@@ -69,12 +60,8 @@ def test_what_is_listed_is_there_and_a_name_elsewhere_is_told(folder):
     name = "gnc" if folder == "certificates" else "certify"
     with pytest.raises(AttributeError, match=rf"has no {name}; it is robust_slam\.[a-z]+\.{name}"):
         getattr(found, name)
-
-
-@pytest.mark.parametrize("folder", FOLDERS)
-def test_every_folder_has_a_section_with_all_of_its_names(folder):
-    assert f".. automodule:: robust_slam.{folder}\n   :members:" in PAGE.read_text("utf-8")
-    assert getattr(rs, folder).__all__
+    section = f".. automodule:: robust_slam.{folder}\n   :members:"
+    assert not folder or (listed and section in PAGE.read_text("utf-8"))
 
 
 def test_every_short_name_of_the_library_is_on_the_page():

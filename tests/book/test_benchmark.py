@@ -20,19 +20,8 @@ from robust_slam_course.results import read_results
 
 from autograder.tests.kernel import leave_out
 from benchmarks import methods
-from benchmarks.sweep import summary
-from benchmarks.sweep.definition import (
-    CPU_LIMIT,
-    GENERATED,
-    GROUP,
-    KINDS,
-    LOST,
-    PERCENTS,
-    PLANS,
-    World,
-    make,
-    worlds,
-)
+from benchmarks.sweep import definition, summary
+from benchmarks.sweep.definition import LOST, PERCENTS, PLANS, World, make
 from tests.book.prose import CHAPTERS, Chapter
 
 pytestmark = pytest.mark.long
@@ -67,20 +56,20 @@ def test_the_protocol_is_that_of_the_sweep():
     assert PERCENTS == (10, 30, 50, 70, 90)
     assert "10, 30, 50, 70 or 90 %" in text
     kinds = text.partition("**Outliers**")[2]
-    assert re.findall(r"- \*(\w+)\*:", kinds) == list(KINDS)
+    assert re.findall(r"- \*(\w+)\*:", kinds) == list(definition.KINDS)
     assert f"at most {LOST} m" in text
     tiers = CHAPTER.cells["tiers-words"]
     assert (summary.TIMES, summary.SURE) == (2, 0.1)
     assert "at most twice that of the map of the correct edges alone, or at most 0.1 m" in tiers
     assert f"whose reference depends on the weights, the limit is {LOST} m" in tiers
-    assert f"more than {CPU_LIMIT} s of CPU time" in text
-    assert GROUP == 5
+    assert f"more than {definition.CPU_LIMIT} s of CPU time" in text
+    assert definition.GROUP == 5
     assert "five in a row that share one error" in text
     assert {plan.seeds for plan in PLANS.values()} == {3, 5}
     assert "holds only three or five runs" in CHAPTER.text
     there = " ".join(SWEEP.cells["larger"].split())
     assert "Each has 45 correct closures" in there
-    assert f"in {sum(1 for _ in worlds('A'))} worlds" in there
+    assert f"in {sum(1 for _ in definition.worlds('A'))} worlds" in there
 
 
 @pytest.mark.parametrize(
@@ -96,7 +85,7 @@ def test_the_protocol_is_that_of_the_sweep():
 )
 @pytest.mark.rest
 def test_what_the_solver_loses_has_more_evidence_and_it_warns(world):
-    if world.graph not in GENERATED and not is_here(world.graph):
+    if world.graph not in definition.GENERATED and not is_here(world.graph):
         leave_out(f"{world.graph} is not on this machine")
     made = make(world)
     answer = solve(made.graph, methods.PROBABILITY)
@@ -210,12 +199,8 @@ def test_without_the_table_the_page_says_where_it_is(tmp_path, monkeypatch, caps
 def test_the_grid_and_the_ranking_of_the_sweep_come_from_the_file(results, monkeypatch):
     monkeypatch.chdir(CHAPTERS)
     shown: list[tuple[Any, str]] = []
-    names = SWEEP.run(
-        *("larger-load", "larger-figure", "larger-table"),
-        plt=plt,
-        Markdown=str,
-        show=lambda fig, caption, alt: shown.append((fig, caption)),
-    )
+    given = {"show": lambda fig, caption, alt: shown.append((fig, caption)), "Markdown": str}
+    names = SWEEP.run("larger-load", "larger-figure", "larger-table", plt=plt, **given)
     for start in methods.STARTS:
         found = (results.good(method=f"{name} from {start}") for name in names["GRID"])
         cells = " | ".join("{} of {}".format(*each) for each in found)

@@ -16,7 +16,6 @@ from tests.book.prose import CHAPTERS
 PAGE = (CHAPTERS / "cheat-sheet.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (L\d+) \| (.+?)<br>(.+) \|$", PAGE, re.M)
 
-
 TOPICS = {
     "L1": "SO(3) SE(3)",
     "L2": "Exp Log BCH Retraction",

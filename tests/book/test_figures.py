@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from tests.book import test_pages
-from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS
+from tests.book.test_accessible import leave_alone
 from tests.course.contrast import contrast, luminance
 
 pytestmark = pytest.mark.browser

@@ -53,28 +53,22 @@ class TestPage:
         assert {sign for sign in signs if not sign.isspace()} <= held(carried[-1])
 
 
-def test_more_room_above_a_line_is_left_out():
+def test_more_room_above_a_line_is_left_out_and_formulas_in_the_html_of_cells_are_read():
     tex = r"\begin{aligned} a &= b \\[6pt] c &= d \end{aligned}"
     assert formulas.mathml(tex, True) == formulas.mathml(tex.replace("[6pt]", ""), True)
+    page = r'<i><div class="math notranslate">\[a &lt; b\]</div></i>'
+    drawn = formulas.mathml("a < b", True)
+    assert formulas.in_html(page, "page") == f'<i><div class="math">{drawn}</div></i>'
 
 
-def test_a_formula_that_cannot_be_read_is_named():
+def test_a_formula_that_cannot_be_read_is_named_in_a_warning_with_its_place(monkeypatch):
     with pytest.raises(ValueError, match=r"closing.*In the formula '.*frac\{1'"):
         formulas.mathml(r"\frac{1", False)
-
-
-def test_a_formula_that_cannot_be_read_is_a_warning_with_its_place(monkeypatch):
     said: list[object] = []
     monkeypatch.setattr(formulas.LOGGER, "warning", lambda *_, location: said.append(location))
     page = r'<b>a</b> <span class="math notranslate">\(\frac{1 < 2\)</span>'
     assert formulas.in_html(page, "page") == r'<b>a</b> <span class="math">\frac{1 &lt; 2</span>'
     assert said == ["page"]
-
-
-def test_formulas_in_the_html_of_cells_are_read():
-    page = r'<i><div class="math notranslate">\[a &lt; b\]</div></i>'
-    drawn = formulas.mathml("a < b", True)
-    assert formulas.in_html(page, "page") == f'<i><div class="math">{drawn}</div></i>'
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,4 @@
-"""The front page: its first screen shows what the course is, a map to take hold of, the doors.
-
-The cards of the chapters follow, in two columns where there is room.
-"""
+"""The front page: what the course is, a map, the doors; then the cards of the chapters."""
 
 import re
 
@@ -18,8 +15,8 @@ END = "element => element.getBoundingClientRect().bottom"
 @pytest.mark.parametrize("screen", SCREENS)
 def test_the_first_screen_has_three_doors_and_the_map_and_cards_follow(screen, site, open_page):
     width, height = SCREENS[screen]
-    address = (site.folder / f"{PAGES[0]}.html").as_uri()
-    page = open_page(address, viewport={"width": width, "height": height}).page
+    view = {"width": width, "height": height}
+    page = open_page((site.folder / f"{PAGES[0]}.html").as_uri(), viewport=view).page
     doors = page.locator(".rs-doors li").all()
     assert len(doors) == 3
     assert all(door.evaluate(END) <= height for door in doors)

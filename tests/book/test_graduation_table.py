@@ -30,10 +30,8 @@ def test_the_lost_maps_of_the_picture_are_those_of_the_table():
     for n, noise in enumerate(NOISES):
         place = {"percent": "50", "kind": "consistent", "noise": str(noise), "claim": "1.0"}
         (row,) = (row for row in ROWS if place.items() <= row.items())
-        counts = {
-            column: str(each[n].count("")) for column, each in zip(COLUMNS, shown, strict=True)
-        }
-        assert counts.items() <= row.items()
+        counts = {(c, str(each[n].count(""))) for c, each in zip(COLUMNS, shown, strict=True)}
+        assert counts <= set(row.items())
     graph, reference = graduation.make(World(50, "consistent", 0.1, 3))
     for found, each in zip(graduation.solved(graph), shown, strict=True):
         letters = zip(graduation.lost_letters(found, reference), each[-1][3], strict=True)

@@ -26,7 +26,6 @@ LAUNCHES = {
     "https://mybinder.org/v2/gh/owner/course/main?urlpath=lab/tree/chapters/00-one.ipynb",
 }
 
-
 TEXT = "# One\n\nText.\n\nThere is `00-one.zip`, and there is no `01-two.zip`."
 
 

@@ -11,26 +11,10 @@ from playwright.sync_api import Browser, Locator, expect
 from robust_slam_course.pictures import basins, cycles
 
 from autograder.tests import kernel
-from tests.book.alone import leave_alone
+from tests.book import taking_hold
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, ROOT, place
-from tests.book.taking_hold import (
-    Seen,
-    assert_below_stays,
-    by_keyboard,
-    by_mouse,
-    by_touch,
-    controls,
-    follows,
-    handles,
-    move,
-    pictures,
-    reset,
-    seen,
-    swipe,
-    take_hold,
-    unfold,
-    words,
-)
+from tests.book.taking_hold import handles, pictures, reset, seen, take_hold, unfold
+from tests.book.test_accessible import leave_alone
 from tests.chromium import Visit, visiting
 
 pytestmark = pytest.mark.browser
@@ -55,7 +39,6 @@ WITH_PICTURES = [
     PAGES[0],
     *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
 ]
-
 
 FIRST_SCREENS = [*CHAPTERS, "chapters/labs", "chapters/many-robots", PAGES[0]]
 ENDS = ("valuemin", "valuemax")
@@ -84,11 +67,11 @@ class Look:
     @property
     def ways(self) -> tuple[Callable[[Locator, str, int], None], ...]:
         """How a handle is moved: on a phone by touch, at the desk by mouse and by keys."""
-        return (by_touch,) if self.width < 500 else (by_mouse, by_keyboard)
+        desk = (taking_hold.by_mouse, taking_hold.by_keyboard)
+        return (taking_hold.by_touch,) if self.width < 500 else desk
 
 
 DESK, PHONE = Look("http", "light", 1280), Look("file", "dark", 390)
-
 
 OPENED = {
     look: [pytest.param((page, look), marks=pytest.mark.rest) for page in WITH_PICTURES]
@@ -143,12 +126,13 @@ def test_each_handle_is_moved_in_every_way(opened):
         kinds = {key.rstrip("0123456789"): key for key in handles(picture)}
         for key in list(kinds.values())[: 1 if look is PHONE else None]:
             for way in look.ways:
-                assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
+                follows = taking_hold.follows(picture, key, way)
+                assert follows, f"{key}: nothing follows {way.__name__}"
     assert visit.complaints == []
 
 
 @DESKS
-def test_each_handle_has_a_name_and_says_its_value(opened):
+def test_each_handle_says_its_name_and_value_and_more_to_try_is_one_question(opened):
     for picture in pictures(opened[0].page):
         reset(picture)
         found = picture.locator("[data-handle]").evaluate_all(
@@ -160,6 +144,9 @@ def test_each_handle_has_a_name_and_says_its_value(opened):
             least, now, most = map(float, values)
             assert least <= now <= most, f"{name}: {least} {now} {most}"
         assert len({name for name, *_ in found}) == len(found)
+        assert picture.locator("details .rs-ask").count() == 1
+        assert picture.locator("details .rs-controls > *").count() <= 1
+        assert picture.locator(".rs-icons button").count() == 2
 
 
 @DESKS
@@ -171,9 +158,8 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
             least, most = (float(picture.evaluate(OF_HANDLE, [key, end])) for end in ENDS)
             places = {}
             for pressed in ("End", "Home", "PageUp"):
-                picture.evaluate(
-                    f"picture => picture.querySelector('[data-handle=\"{key}\"]').focus()"
-                )
+                handle = f"picture.querySelector('[data-handle=\"{key}\"]')"
+                picture.evaluate(f"picture => {handle}.focus()")
                 picture.page.keyboard.press(pressed)
                 seen(picture)
                 places[pressed] = float(picture.evaluate(OF_HANDLE, [key, "valuenow"]))
@@ -183,14 +169,6 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
             assert least <= places["Home"] <= least + slack, key
             assert places["Home"] < places["PageUp"] < places["End"] or slack > 300, key
         reset(picture)
-
-
-@DESKS
-def test_more_to_try_is_one_question_with_one_control_at_most(opened):
-    for picture in pictures(opened[0].page):
-        assert picture.locator("details .rs-ask").count() == 1
-        assert picture.locator("details .rs-controls > *").count() <= 1
-        assert picture.locator(".rs-icons button").count() == 2
 
 
 @pytest.mark.parametrize("name", FIRST_SCREENS)
@@ -223,11 +201,11 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(opened):
     for picture in pictures(opened[0].page):
         reset(picture)
         first = seen(picture)
-        for control in controls(picture):
-            move(control)
+        for control in taking_hold.controls(picture):
+            taking_hold.move(control)
             now, name = seen(picture), control.get_attribute("data-control")
             assert now[:2] != first[:2], f"{name}: drawing and words stay as they were"
-            assert_below_stays(first, now)
+            taking_hold.assert_below_stays(first, now)
             reset(picture)
             assert seen(picture) == first, f"{name}: the first state did not come back"
         take_hold(picture, 1)
@@ -235,8 +213,12 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(opened):
         assert seen(picture) == first, "the button did not bring the first state back"
 
 
-def test_a_picture_fits_one_screen(opened):
-    """Folded, it is no taller than a window, and its control is beside its words."""
+def test_a_picture_fits_one_screen_and_nothing_leaves_its_panel_or_covers_a_label(opened, request):
+    """Folded, it is no taller than a window, and its control is beside its words.
+
+    It is seen in the first state, at both ends of each control, and with a handle in each corner:
+    the last on the phone, where there is least room, and in ``make soak`` at the desk too.
+    """
     visit, look = opened
     for picture in pictures(visit.page):
         height, apart, letters = picture.evaluate(FOLDED)
@@ -244,14 +226,6 @@ def test_a_picture_fits_one_screen(opened):
         assert apart <= 200
         assert letters >= 14
     assert too_wide(visit) <= 0
-
-
-def test_nothing_leaves_its_panel_or_covers_a_label(opened, request):
-    """In the first state, at both ends of each control, and with a handle in each corner.
-
-    The last on the phone, where there is least room, and in ``make soak`` at the desk too.
-    """
-    visit, look = opened
     with_handles = look is PHONE or kernel.is_soak(request.config)
     for picture in pictures(visit.page):
         assert picture.evaluate(EXTREMES, with_handles) == []
@@ -259,8 +233,8 @@ def test_nothing_leaves_its_panel_or_covers_a_label(opened, request):
 
 
 @DESKS
-def test_a_link_brings_the_state_back(opened):
-    """It is followed in the open page, as if it were pasted."""
+def test_a_link_brings_the_state_back_and_a_name_that_every_object_has_stops_no_picture(opened):
+    """The links are followed in the open page, as if they were pasted."""
     visit, _ = opened
     for picture in pictures(visit.page):
         reset(picture)
@@ -272,12 +246,6 @@ def test_a_link_brings_the_state_back(opened):
         visit.page.evaluate("() => { dispatchEvent(new HashChangeEvent('hashchange')); }")
         assert seen(picture) == moved
         reset(picture)
-
-
-@DESKS
-def test_a_name_that_every_object_has_stops_no_picture(opened):
-    """The links are followed in the open page, as if they were pasted."""
-    visit, _ = opened
     for number, (name, state) in enumerate(visit.page.evaluate(STATES)):
         for key in (key for key, value in state.items() if isinstance(value, str)):
             link = f"#{name}={quote(json.dumps({key: 'constructor'}))}"
@@ -286,7 +254,7 @@ def test_a_name_that_every_object_has_stops_no_picture(opened):
             assert visit.complaints == []
 
 
-def move_a_handle(picture: Locator) -> Seen:
+def move_a_handle(picture: Locator) -> taking_hold.Seen:
     """Move the first handle until something else is seen, and return that."""
     first = seen(picture)
     for toward in (1, -1):
@@ -310,7 +278,7 @@ class TestTown:
             before = visit.page.evaluate("window.scrollY")
             box = stage.bounding_box()
             assert box is not None
-            swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
+            taking_hold.swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
             visit.page.wait_for_function(f"window.scrollY > {before} + 100")
 
     def test_a_link_opens_the_page_with_its_state(self, at, browser):
@@ -326,9 +294,8 @@ class TestTown:
         address = place(site, "", "chapters/00-one-lie", "file")
         for state, shown in (({"sigma": 1}, True), ({"correct": False}, False)):
             with visiting(browser, f"{address}#cycles={quote(json.dumps(state))}") as visit:
-                assert (
-                    pictures(visit.page)[0].locator("details").evaluate("it => it.open") == shown
-                )
+                more = pictures(visit.page)[0].locator("details")
+                assert more.evaluate("it => it.open") == shown
 
     def test_a_map_glides_but_not_where_motion_is_unwelcome(self, at, browser):
         assert states_between(at, browser, "no-preference") > 5
@@ -346,7 +313,7 @@ class TestTown:
             picture = pictures(visit.page)[0]
             take_hold(picture, 1)
             seen(picture)
-            expect(picture.locator("[aria-live=polite]")).to_have_text(words(picture))
+            expect(picture.locator("[aria-live=polite]")).to_have_text(taking_hold.words(picture))
 
     def test_without_scripts_the_still_picture_stands_with_its_words(self, at, browser):
         with visiting(browser, at, java_script_enabled=False) as visit:
@@ -370,14 +337,13 @@ class TestAlone:
         state = quote(json.dumps({"kernel": "cauchy", "z": [-4, 10]}))
         with visiting(browser, f"about:blank#basins={state}") as visit:
             visit.page.set_content(basins().static_html())
-            assert "0 minima" not in words(pictures(visit.page)[0])
+            assert "0 minima" not in taking_hold.words(pictures(visit.page)[0])
 
 
 def states_between(at: str, browser: Browser, motion: str) -> int:
     """How many maps are seen on the way from one state to the next."""
-    with visiting(
-        browser, at, viewport={"width": 1280, "height": 900}, reduced_motion=motion
-    ) as visit:
+    size = {"width": 1280, "height": 900}
+    with visiting(browser, at, viewport=size, reduced_motion=motion) as visit:
         found = visit.page.evaluate(
             """async () => {
               const picture = document.querySelector('.rs-picture[data-live]');

@@ -81,15 +81,13 @@ class TestVisit:
         paths = [site.folder / urlsplit(url).path.lstrip("/") for url in asked]
         assert sum(map(weight, paths)) < KILOBYTES * 1000
 
-    def test_it_is_drawn_in_the_courses_letters_and_keeps_its_shape(self, visit):
+    def test_it_is_drawn_in_the_courses_letters_in_columns_and_keeps_its_shape(self, visit):
         page = visit[0].page
         page.evaluate("document.fonts.ready")
         assert {fonts.SANS, fonts.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
         assert page.evaluate(SHIFT) < 0.02
         assert visit[0].complaints == visit[0].outside == []
-
-    def test_code_and_what_it_prints_stand_in_columns(self, visit):
-        assert visit[0].page.evaluate(COLUMNS) == []
+        assert page.evaluate(COLUMNS) == [], "code, and what it prints"
 
 
 @pytest.mark.browser
@@ -134,9 +132,8 @@ def styled(browser: Browser, page: Page, act: Callable[[], object]) -> int:
     browser.start_tracing(categories=["devtools.timeline"])
     act()
     # A font that comes while a picture is moved would style all of the page.
-    page.evaluate(
-        "document.fonts.ready.then(() => new Promise(requestIdleCallback)).then(() => 0)"
-    )
+    idle = "new Promise(requestIdleCallback)"
+    page.evaluate(f"document.fonts.ready.then(() => {idle}).then(() => 0)")
     events = json.loads(browser.stop_tracing())["traceEvents"]
     found = [each["args"] for each in events if each["name"] == "UpdateLayoutTree"]
     return sum(each.get("elementCount", 0) for each in found)
@@ -172,13 +169,10 @@ def test_the_style_has_the_icons_of_the_pages_alone(site):
     assert not [path for path in local if not (site.folder / "_static" / path).is_file()]
 
 
-class TestFonts:
-    def test_they_are_light(self, carried):
-        assert len(carried) == len(fonts.FACES)
-        assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000
-
-    def test_they_have_their_licence_and_not_the_name_that_is_reserved(self, carried):
-        for font in carried:
-            names = TTFont(io.BytesIO(font))["name"]
-            assert "Open Font License" in names.getDebugName(13)
-            assert "Source" not in names.getDebugName(1)
+def test_fonts_are_light_and_have_their_licence_and_not_the_name_that_is_reserved(carried):
+    assert len(carried) == len(fonts.FACES)
+    assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000
+    for font in carried:
+        names = TTFont(io.BytesIO(font))["name"]
+        assert "Open Font License" in names.getDebugName(13)
+        assert "Source" not in names.getDebugName(1)

@@ -87,14 +87,11 @@ def test_on_paper_what_fits_stays_whole_and_nothing_can_be_pressed(chapter):
     page.emulate_media(media="print")
     short = "table:not(.rs-cards, :has(tbody tr:nth-child(9)))"
     for kind in ("pre", "figure", short, ".rs-picture", ".admonition", ".rs-quiz fieldset"):
-        breaks = page.locator(f"article {kind}").evaluate_all(
-            "found => found.map(node => getComputedStyle(node).breakInside)"
-        )
+        breaks = page.locator(f"article {kind}").evaluate_all(f"all => all.map({BREAKS})")
         assert set(breaks) == {"avoid"}, kind
     assert page.locator(".cell_output:has(.rs-quiz)").first.evaluate(BREAKS) == "auto"
-    assert (
-        page.locator("p:has(+ .cell)").first.evaluate(BREAKS.replace("Inside", "After")) == "avoid"
-    )
+    after = BREAKS.replace("Inside", "After")
+    assert page.locator("p:has(+ .cell)").first.evaluate(after) == "avoid"
     assert page.locator(".rs-word").count() and page.evaluate(HIDDEN) == []
     assert page.locator("h1:visible").count() == 1
     pressed = "button:not(.rs-word), nav, input[type=range], select, form.bd-search, .copybtn"

@@ -17,9 +17,8 @@ def test_a_chapter_begins_with_its_length_and_its_goals(name, site):
     minutes = re.match(r"\d+(?= minutes )", line.get_text())
     alone = sum(bool(re.fullmatch(r"\d+\.", bold.get_text())) for bold in page.find_all("strong"))
     assert alone and minutes and 30 + 3 * alone <= int(minutes[0]) <= 150
-    table = site.parsed("chapters/students").select_one(
-        line.a["href"].removeprefix("students.html")
-    )
+    place = line.a["href"].removeprefix("students.html")
+    table = site.parsed("chapters/students").select_one(place)
     row = table.select_one(f'tr:has(a[href="{name.split("/")[1]}.html"])')
     assert row.find_all("td")[-1].get_text() == minutes[0]
     assert page.select_one(line.find_all("a")[2]["href"]), "the one link to the code"

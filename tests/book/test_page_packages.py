@@ -31,7 +31,6 @@ PACKAGES = {
     "words": {"imports": [], "depends": []},
 }
 
-
 TOP = ("outer", "other_of_page", "second_of_page")
 
 

@@ -64,7 +64,7 @@ def test_the_value_of_the_last_line_is_shown_unless_a_semicolon_ends_it(cell, te
     assert [data["text/plain"] for data in shown(cell)] == text
 
 
-def test_objects_say_how_they_are_shown():
+def test_objects_say_how_they_are_shown_and_dataclasses_and_pickles_find_their_module():
     cell = """
 class Both:
     def _repr_html_(self): return "<b>x</b>"
@@ -78,6 +78,11 @@ Both()
     assert set(kind) == {"text/plain"}
     assert html["text/html"] == "<i>h</i>" and markdown["text/markdown"] == "m"
     assert (both["text/html"], both["text/markdown"]) == ("<b>x</b>", "**x**")
+    cell = (
+        "import pickle\nfrom dataclasses import dataclass\n@dataclass\nclass A:\n    x: int\n"
+        "pickle.loads(pickle.dumps(A(3)))"
+    )
+    assert [data["text/plain"] for data in shown(cell)] == ["A(x=3)"]
 
 
 @pytest.mark.parametrize("end", ["plt.show()", "figure", "", "display(figure); plt.close()"])
@@ -87,7 +92,7 @@ def test_a_figure_is_shown_once_as_svg(end):
     assert "<svg" in data["image/svg+xml"]
 
 
-def test_the_captions_of_a_figure_arrive():
+def test_the_captions_of_a_figure_arrive_and_a_live_picture_is_shown_as_html():
     cell = (
         "from matplotlib import pyplot as plt\nfrom robust_slam_course.plots import captions\n"
         "captions.show(plt.figure(), 'what it is', 'what it shows')"
@@ -96,9 +101,6 @@ def test_the_captions_of_a_figure_arrive():
     (thing,) = result["shown"]
     words = {"figure": {"caption": "what it is"}, "image": {"alt": "what it shows"}}
     assert thing["metadata"] == {"mystnb": words}
-
-
-def test_a_live_picture_is_shown_as_html():
     (data,) = shown("from robust_slam_course import pictures\npictures.cycles()")
     assert 'data-picture="cycles"' in data["text/html"]
 
@@ -118,14 +120,11 @@ def test_a_traceback_names_the_lines_of_cells_and_packages_alone():
     assert "LinAlgError: Singular matrix" in said.splitlines()[0]
 
 
-def test_causes_are_told_too():
+def test_causes_are_told_too_and_a_mistake_in_the_syntax_is_pointed_at():
     cell = "try:\n    1 / 0\nexcept ZeroDivisionError as e:\n    raise ValueError('no') from e"
     said = error(cell)
     assert said.count('File "this cell"') == 2 and "page_session" not in said
     assert "ZeroDivisionError" in said and said.startswith("ValueError: no\n\n")
-
-
-def test_a_mistake_in_the_syntax_is_pointed_at():
     said = error("a = 1\nb = = 2")
     assert said.splitlines()[:3] == [
         "SyntaxError: invalid syntax", "", '  File "this cell", line 2',
@@ -181,11 +180,3 @@ def test_a_large_value_does_not_reach_the_page():
     assert len(text["text/plain"]) < 201_000 and "cut after" in text["text/plain"]
     (html,) = shown("from IPython.display import HTML\nHTML('a' * 30_000_000)")
     assert html == {"text/plain": "The text/html of this value is too large for the page."}
-
-
-def test_dataclasses_and_pickles_find_their_module():
-    cell = (
-        "import pickle\nfrom dataclasses import dataclass\n@dataclass\nclass A:\n    x: int\n"
-        "pickle.loads(pickle.dumps(A(3)))"
-    )
-    assert [data["text/plain"] for data in shown(cell)] == ["A(x=3)"]

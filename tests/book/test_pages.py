@@ -64,7 +64,6 @@ OTHERS = ["404", "genindex", "py-modindex", "search"]
 FROM_OTHERS = set("✗∘ᵀ⁻⪰\u2060")
 """Rare signs that the packaged font does not have either, and one that is never drawn."""
 
-
 DEBOUNCE = 600
 """Milliseconds, twice as many as the theme waits until it looks at a window of another size."""
 PHONE: ViewportSize = {"width": 390, "height": 800}

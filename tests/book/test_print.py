@@ -24,11 +24,7 @@ NEAR, COLUMN = 36.0, 200.0
 """Points from a heading's upper edge to the first line of its text and less than the second; and
 from its left edge to where text of its column may start."""
 KINDS = (
-    "figure",
-    "div.math",
-    ".rs-picture",
-    ".rs-predict",
-    ":is(.citation, .footnote)",
+    *("figure", "div.math", ".rs-picture", ".rs-predict", ":is(.citation, .footnote)"),
     "h2:not(.rs-answers > h2)",
 )
 COUNT = """([html, kinds]) => {
@@ -132,12 +128,9 @@ def test_it_is_tagged_named_and_carries_its_fonts(printed):
     root = reader.trailer["/Root"]
     assert root["/MarkInfo"]["/Marked"] and root["/Lang"] == "en"
     assert reader.metadata and reader.metadata.title == "Robust SLAM" and reader.metadata.author
-    fonts = [
-        font for page in reader.pages for font in page["/Resources"].get("/Font", {}).values()
-    ]
-    for font in (font.get_object() for font in fonts):
-        below = [each.get_object() for each in font.get("/DescendantFonts", [font])]
-        for each in below:
+    fonts = (page["/Resources"].get("/Font", {}).values() for page in reader.pages)
+    for font in (font.get_object() for of_page in fonts for font in of_page):
+        for each in (each.get_object() for each in font.get("/DescendantFonts", [font])):
             described = each.get("/FontDescriptor", {})
             embedded = {"/FontFile", "/FontFile2", "/FontFile3"} & set(described)
             assert embedded or font["/Subtype"] == "/Type3", font["/BaseFont"]

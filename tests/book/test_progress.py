@@ -20,11 +20,8 @@ SCRIPT = "".join((ASSETS / f"{name}.js").read_text("utf-8") for name in ("elemen
 LAB = "../lab/lab/index.html?path={0}.ipynb"
 ROW = f"""<tr><td><a href="../assignments/{{0}}.zip"><code>{{0}}.zip</code></a>
 (<a href="{LAB}">open in the browser</a>)</td></tr>"""
-PAGE = f"""<!doctype html><html lang="en"><title>t</title><link rel="icon" href="data:,">
-<article><a href="../other/00-one.zip">other</a> <a href="../lab/index.html">none</a>
-<table>{ROW.format("00-one")}{ROW.format("01-two")}</table></article>
-<script>const DOCUMENTATION_OPTIONS = {{pagename: "chapters/students"}};</script>
-<script>{SCRIPT}</script></html>"""
+TABLE = f"""<a href="../other/00-one.zip">other</a> <a href="../lab/index.html">none</a>
+<table>{ROW.format("00-one")}{ROW.format("01-two")}</table>"""
 ZIP = "00-one.zip"
 TO_ASSIGNMENTS = ":is(article a:text('.zip'), article a:text-is('open in the browser'))"
 """A tick that comes changes the text of neither kind."""
@@ -37,9 +34,7 @@ def students(browser: Browser, folder: Path, before: str = "") -> Iterator[Visit
         visit.page.add_init_script(before)
         visit.page.route("**/*.zip", lambda route: route.fulfill(status=204))
         visit.page.route("**/lab/**", lambda route: route.fulfill(status=204))
-        path = folder / "students.html"
-        path.write_text(PAGE, encoding="utf-8")
-        visit.page.goto(path.as_uri())
+        visit.page.goto(written(folder, "students", TABLE))
         yield visit
 
 
@@ -112,13 +107,10 @@ def written(folder: Path, name: str, body: str) -> str:
     """Write a page of the chapters, with the sidebar, and give its address."""
     path = folder / "chapters" / f"{name}.html"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(
-        f'<!doctype html><title>t</title><link rel="icon" href="data:,">{SIDEBAR}'
-        f"<article>{body}</article>"
-        f'<script>const DOCUMENTATION_OPTIONS = {{pagename: "chapters/{name}"}};</script>'
-        f"<script>{SCRIPT}</script>",
-        encoding="utf-8",
-    )
+    head = f'<!doctype html><title>t</title><link rel="icon" href="data:,">{SIDEBAR}'
+    script = f'const DOCUMENTATION_OPTIONS = {{pagename: "chapters/{name}"}};\n{SCRIPT}'
+    text = f"{head}<article>{body}</article><script>{script}</script>"
+    path.write_text(text, encoding="utf-8")
     return path.as_uri()
 
 
@@ -157,9 +149,8 @@ def test_what_is_kept_goes_to_another_browser_as_a_file(browser, tmp_path):
     }
     with visiting(browser, "about:blank") as visit:
         # Not by the page before it is left: what it writes then may be lost.
-        visit.page.add_init_script(
-            f"localStorage.setItem('robust-slam-progress', '{json.dumps(kept)}')"
-        )
+        keep = f"localStorage.setItem('robust-slam-progress', '{json.dumps(kept)}')"
+        visit.page.add_init_script(keep)
         visit.page.goto(place)
         with visit.page.expect_download() as waiting:
             visit.page.get_by_role("button", name="Save as a file").click()
@@ -180,10 +171,8 @@ def test_what_is_kept_goes_to_another_browser_as_a_file(browser, tmp_path):
         expect(status).to_have_text("saved.json is loaded.")
         below = page.get_by_role("row").all()[1:]
         rows = [row.get_by_role("cell").all_inner_texts() for row in below]
-        assert rows == [
-            ["3 · IRLS", "", "1 answered", "checked"],
-            ["4 · More", "read", "all right", ""],
-        ]
+        first = ["3 · IRLS", "", "1 answered", "checked"]
+        assert rows == [first, ["4 · More", "read", "all right", ""]]
 
 
 @pytest.mark.parametrize("name", ["students", "03-irls"])

@@ -81,9 +81,8 @@ def ran(section: Section, here: bool, empty: Path) -> SimpleNamespace:
         _, notebook = cache.merge_match_into_notebook(notebook)
     kept = [cell for cell in notebook.cells if re.fullmatch(wanted, cell.id)]
     if here != datasets.is_here(section.graph):
-        earlier = (
-            "from robust_slam.estimators.thresholds import *\nC = chi_square_threshold(0.99, 3)"
-        )
+        earlier = "from robust_slam.estimators.thresholds import *\n"
+        earlier += "C = chi_square_threshold(0.99, 3)"
         notebook.cells = [new_code_cell(earlier), *kept]
         environment = os.environ | {"MPLCONFIGDIR": matplotlib.get_configdir()}
         environment |= {datasets.FOLDER: str(empty), "XDG_CACHE_HOME": str(empty)}
@@ -198,10 +197,6 @@ def test_the_words_of_an_output_join_those_of_its_cell():
     words = {"figure": {"caption": "A town."}, "image": {"alt": "A map."}}
     own = new_output("display_data", metadata={"mystnb": words})
     plain = new_output("stream", text="1 pose")
-    joined = rendered([plain, own])
-    assert joined == {
-        "figure": {"name": "fig-a", "caption": "A town."},
-        "image": {"alt": "A map."},
-    }
-    alone = rendered([plain])
-    assert alone == {"figure": {"name": "fig-a"}}
+    figure = {"name": "fig-a", "caption": "A town."}
+    assert rendered([plain, own]) == {"figure": figure, "image": {"alt": "A map."}}
+    assert rendered([plain]) == {"figure": {"name": "fig-a"}}

@@ -6,9 +6,8 @@ import re
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, place
-from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
+from tests.book.test_accessible import COLOURS, DARK, STILL, complaints, leave_alone
 from tests.chromium import visiting
 
 pytestmark = [pytest.mark.browser, pytest.mark.rest]

@@ -52,15 +52,13 @@ class TestOverTheNetwork:
         page.keyboard.press("Enter")
         page.wait_for_url(lambda url: not url.endswith("05-gnc.html"))
 
-    def test_more_results_are_shown_on_demand(self, address, open_page):
+    def test_more_results_are_shown_on_demand_and_none_is_said(self, address, open_page):
         page = open_page(f"{address}/search.html?q=outlier").page
         results = page.locator("#search-results > ul > li")
         results.nth(4).wait_for()
         assert results.count() == 5
         page.get_by_role("button", name="Show more").click()
         results.nth(9).wait_for()
-
-    def test_it_says_when_nothing_is_found(self, address, open_page):
         page = open_page(f"{address}/search.html?q=xylophone").page
         page.get_by_text("No page has “xylophone”.").wait_for()
 
@@ -91,10 +89,7 @@ def test_a_formula_is_text_in_the_index(tex, text):
 
 def test_a_formula_or_number_that_is_a_line_or_a_cell_is_not_in_the_index():
     formula, cell = '<span class="math"><math><mi>y</mi></math></span>', "<td><p>{}</p></td>"
-    for alone in (
-        cell.format(formula),
-        cell.format("9.5"),
-        '<div class="math"><math>9</math></div>',
-    ):
+    display = '<div class="math"><math>9</math></div>'
+    for alone in (cell.format(formula), cell.format("9.5"), display):
         assert not {*"y9"} & {*finding.for_the_index(alone)}
     assert "y</span> is 9" in finding.for_the_index(cell.format(f"{formula} is 9"))

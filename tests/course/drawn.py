@@ -53,9 +53,8 @@ def _apart(known: Any, found: Any, tolerance: float, where: str = "") -> list[An
     elif isinstance(known, list) and isinstance(found, list) and len(known) == len(found):
         pairs = [(f"{where}/{k}", *pair) for k, pair in enumerate(zip(known, found, strict=True))]
     elif isinstance(known, float | int) and isinstance(found, float | int):
-        return (
-            [] if abs(known - found) <= tolerance * (1 + abs(known)) else [[where, known, found]]
-        )
+        is_near = abs(known - found) <= tolerance * (1 + abs(known))
+        return [] if is_near else [[where, known, found]]
     else:
         return [] if known == found else [[where, known, found]]
     return [gap for place, one, two in pairs for gap in _apart(one, two, tolerance, place)]
@@ -127,7 +126,6 @@ def _summed(numbers: Any) -> list[float]:
     flat = np.ma.filled(np.ma.asarray(numbers, dtype=np.float64), np.nan).ravel()
     seen = np.isfinite(flat)
     order = np.cos(np.arange(flat.size))
-    means = [
-        np.sum(part * np.where(seen, flat, 0.0)) / max(seen.sum(), 1) for part in (1.0, order)
-    ]
+    sums = (np.sum(part * np.where(seen, flat, 0.0)) for part in (1.0, order))
+    means = [one / max(seen.sum(), 1) for one in sums]
     return [flat.size, int(flat.size - seen.sum()), *(float(f"{mean:.7g}") for mean in means)]

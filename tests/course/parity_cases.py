@@ -11,6 +11,8 @@ from robust_slam.problems import LinearProblem, LocationProblem
 from robust_slam_course.plots.landscapes import minima
 
 NAMES = ["squared", "huber", "cauchy", "geman-mcclure", "tls"]
+SURROGATES = {"tls": graduation.tls_surrogate, "tlsWeight": graduation.tls_weight}
+SURROGATES |= {"gm": graduation.gm_surrogate, "gmWeight": graduation.gm_weight}
 
 
 @dataclass(frozen=True)
@@ -57,18 +59,14 @@ def majoriser_cases(rng: np.random.Generator) -> Iterator[Case]:
         c, at = float(rng.choice([1.0, 2.576])), float(rng.normal(0, 3))
         kernel, problem = kernels.KERNELS[name](c), LocationProblem(z, sigma)
         weights = kernel.weight(problem.residual_norms(at))
-        floor = np.sum(
-            kernel.rho(problem.residual_norms(at)) - 0.5 * weights * ((at - z) / sigma) ** 2
-        )
+        under = 0.5 * weights * ((at - z) / sigma) ** 2
+        floor = np.sum(kernel.rho(problem.residual_norms(at)) - under)
         x = rng.normal(0, 3, 7)
         squares = ((x[:, None] - z) / sigma) ** 2
+        lowest = float(problem.solve(weights, at)) if weights.any() else None
         yield Case(
             {"z": z, "sigma": sigma, "kernel": name, "c": c, "at": at, "x": x},
-            {
-                "weights": weights,
-                "lowest": float(problem.solve(weights, at)) if weights.any() else None,
-                "values": floor + 0.5 * squares @ weights,
-            },
+            {"weights": weights, "lowest": lowest, "values": floor + 0.5 * squares @ weights},
         )
 
 
@@ -86,15 +84,8 @@ def surrogate_cases(rng: np.random.Generator) -> Iterator[Case]:
         c, mu = float(np.exp(rng.normal())), float(10.0 ** rng.uniform(-4, 4))
         bounds = c * np.sqrt([mu / (mu + 1), (mu + 1) / mu])
         u = np.concatenate([[0.0, c, c / np.sqrt(2)], bounds, rng.normal(0, 2 * c, 12)])
-        yield Case(
-            {"u": u, "c": c, "mu": mu},
-            {
-                "tls": graduation.tls_surrogate(u, c, mu),
-                "tlsWeight": graduation.tls_weight(u, c, mu),
-                "gm": graduation.gm_surrogate(u, c, mu),
-                "gmWeight": graduation.gm_weight(u, c, mu),
-            },
-        )
+        numbers = {name: formula(u, c, mu) for name, formula in SURROGATES.items()}
+        yield Case({"u": u, "c": c, "mu": mu}, numbers)
 
 
 def location_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -148,18 +139,13 @@ def landscape_cases(rng: np.random.Generator) -> Iterator[Case]:
         times = rng.integers(1, 4, size=each.size)
         z = np.repeat(each, times)
         name, c = NAMES[k % len(NAMES)], float(rng.choice([1.0, 2.0, 0.5]))
-        kernel, spread = kernels.KERNELS[name](c), sigma
-        low, high = float(z.min()) - 2.0, float(z.max()) + 2.0
-        grid = np.linspace(low, high, 101)
-        cost = kernel.rho((grid - z[:, None]) / spread).sum(axis=0)
+        span = [float(z.min()) - 2.0, float(z.max()) + 2.0]
+        grid = np.linspace(*span, 101)
+        cost = kernels.KERNELS[name](c).rho((grid - z[:, None]) / sigma).sum(axis=0)
         rng.uniform(size=8)  # two readings with one Huber cost would have minima by rounding
-        yield Case(
-            {
-                "z": each, "times": times, "sigma": spread, "kernel": name, "c": c,
-                "span": [low, high], "count": 101,
-            },
-            {"cost": cost, "minima": minima(cost)},
-        )  # fmt: skip
+        given = {"z": each, "times": times, "sigma": sigma, "kernel": name, "c": c}
+        expected = {"cost": cost, "minima": minima(cost)}
+        yield Case(given | {"span": span, "count": 101}, expected)
 
 
 def line_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -202,16 +188,13 @@ def location_case(z: Any, sigma: float, method: dict[str, Any], limit: int) -> C
     return loop_case(given, LocationProblem(z, sigma), method, limit)
 
 
-def loop_case(
-    given: dict[str, Any],
-    problem: Any,
-    method: dict[str, Any],
-    limit: int,
-    tol: float | None = None,
-) -> Case:
+Given = dict[str, Any]
+
+
+def loop_case(given: Given, problem: Any, method: Given, limit: int, tol: float = 0.0) -> Case:
     """The case of a method on a problem, and the library's result."""
     usual = 1e-9 if method["name"] == "gnc" else 1e-12
-    options = {"maxIterations": limit, "tol": usual if tol is None else tol}
+    options = {"maxIterations": limit, "tol": tol or usual}
     options |= method.get("options", {})
     x0 = problem.guess if isinstance(method["x0"], str) else method["x0"]
     common = {"tol": options["tol"], "max_iterations": limit, **method.get("options", {})}

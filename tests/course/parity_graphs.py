@@ -50,16 +50,10 @@ def descent_cases(rng: np.random.Generator) -> Iterator[Case]:
         limit, tol = int(rng.choice([1, 4, 500])), float(rng.choice([1e-9, 1e-6]))
         run = descend_damped if k % 2 else descend_undamped
         found = run(NormalEquations(graph), start, weights, tol, limit)
-        yield Case(
-            {
-                "graph": as_given(graph), "start": start.ravel(), "weights": weights,
-                "method": method, "tol": tol, "limit": limit,
-            },
-            {
-                "poses": Angles(found.poses), "cost": found.cost, "step": found.step,
-                "converged": found.converged,
-            },
-        )  # fmt: skip
+        given = {"graph": as_given(graph), "start": start.ravel(), "weights": weights}
+        given |= {"method": method, "tol": tol, "limit": limit}
+        numbers = {name: getattr(found, name) for name in ("cost", "step", "converged")}
+        yield Case(given, {"poses": Angles(found.poses), **numbers})
 
 
 def loop_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -82,14 +76,8 @@ def special_loops(rng: np.random.Generator) -> Iterator[Case]:
     town, _ = add_random_closures(manhattan(60, rng, closures=10)[0], 30, rng)
     # A smaller c would compare it with residuals that are rounding alone.
     for graph, c in (
-        (exact, C99),
-        (_loose(town), 0.1),
-        (_loose(town), 1e6),
-        (town, 0.1),
-        (town, C99),
-        (_two(), 2.0),
-        (_two(), 0.01),
-        (_half_turns(), C99),
+        *((exact, C99), (_loose(town), 0.1), (_loose(town), 1e6), (town, 0.1), (town, C99)),
+        *((_two(), 2.0), (_two(), 0.01), (_half_turns(), C99)),
     ):
         for name, kind in (("gnc", "tls"), ("gnc", "gm"), ("irls", "tls"), ("irls", "cauchy")):
             method = {"name": name, "c": c, "kind": kind, "kernel": kind, "x0": "guess"}
@@ -104,19 +92,13 @@ def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
         options: dict[str, Any] = {"factor": 2.0, "every": 1 + k % 3, "tol": 1e-6}
         outcome = rounds.solve(graph, labels, C99, max_rounds=40, **options)
         options["maxRounds"] = 40
-        yield Case(
-            {"graph": as_given(graph), "labels": labels, "c": C99, "options": options},
-            {
-                "stop": outcome.stop.value,
-                "rounds": [
-                    {
-                        "poses": Angles(seen.poses), "weights": seen.weights, "mu": seen.mu,
-                        "numbers": seen.numbers,
-                    }
-                    for seen in outcome.rounds
-                ],
-            },
-        )  # fmt: skip
+        seen = [
+            {"poses": Angles(one.poses)}
+            | {name: getattr(one, name) for name in ("weights", "mu", "numbers")}
+            for one in outcome.rounds
+        ]
+        given = {"graph": as_given(graph), "labels": labels, "c": C99, "options": options}
+        yield Case(given, {"stop": outcome.stop.value, "rounds": seen})
 
 
 def covariance_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -186,9 +168,8 @@ def _loose(graph: PoseGraph) -> PoseGraph:
 
 def _graph(rng: np.random.Generator, k: int) -> tuple[PoseGraph, np.ndarray]:
     """A graph and its true poses: a town, a circle or a tangle of 2 to 100 poses."""
-    n = int(
-        rng.choice([2, 3, 5, 10, 20, 40, 60, 100], p=[0.1, 0.1, 0.2, 0.2, 0.2, 0.1, 0.06, 0.04])
-    )
+    sizes, shares = [2, 3, 5, 10, 20, 40, 60, 100], [0.1, 0.1, 0.2, 0.2, 0.2, 0.1, 0.06, 0.04]
+    n = int(rng.choice(sizes, p=shares))
     if k % 3 == 0 or n < 10:
         m = n - 1 + int(rng.integers(1, 2 + n // 2))
         residual = float(rng.choice([0.01, 0.1, 0.3]))

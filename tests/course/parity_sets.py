@@ -25,9 +25,8 @@ def clique_cases(rng: np.random.Generator) -> Iterator[Case]:
         upper = np.triu(rng.random((size, size)) < density, 1)
         adjacency = upper | upper.T
         largest = max_clique(adjacency).members.size
-        yield Case(
-            {"adjacency": adjacency.ravel(), "k": size}, {"size": largest, "isClique": True}
-        )
+        given = {"adjacency": adjacency.ravel(), "k": size}
+        yield Case(given, {"size": largest, "isClique": True})
 
 
 def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -37,17 +36,10 @@ def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
         graph = turned(graph, ~graph.is_odometry & (rng.random(len(graph.edges)) < 0.3))
         gamma = float(rng.choice([C99, 1.0, 1e-6, 1e3]))
         result = pcm(graph, gamma)
-        yield Case(
-            {"graph": as_given(graph), "gamma": gamma},
-            {
-                "closures": result.closures,
-                "distances": pairwise_distances(graph),
-                "adjacency": result.adjacency,
-                "size": result.clique.members.size,
-                "isClique": True,
-                "keepsIt": True,
-            },
-        )
+        expected = {"closures": result.closures, "distances": pairwise_distances(graph)}
+        expected |= {"adjacency": result.adjacency, "size": result.clique.members.size}
+        given = {"graph": as_given(graph), "gamma": gamma}
+        yield Case(given, expected | {"isClique": True, "keepsIt": True})
 
 
 def attack_cases(rng: np.random.Generator, count: int = 100) -> Iterator[Case]:

@@ -2,13 +2,17 @@
 
 import json
 import re
+from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 import pytest
+from playwright.sync_api import Locator
 from robust_slam_course import pictures
 from robust_slam_course.canvas.picture import Picture
 
 from tests.book.taking_hold import seen, unfold
+from tests.chromium import Opener
 
 SAYS = {
     "opening": "Least squares trusts the wrong closure",
@@ -35,7 +39,6 @@ SAYS = {
     "breaking": "Fooled: 2 outliers",
 }
 """What the words below each picture say of the answer, once it is shown."""
-
 
 SAID = """picture => [...picture.querySelectorAll(
     ".rs-stage text:not(.rs-tick), .rs-caption, .rs-value, .rs-stage [aria-label]")]
@@ -71,6 +74,20 @@ def test_what_tells_an_answer_is_found():
     assert tells(shown, "It bends 103 of 99; 33.4 m.") == []
 
 
+def opened(name: str, folder: Path, open_page: Opener) -> tuple[Picture, Locator]:
+    """A picture, and the same on a page that has nothing else."""
+    shown, path = getattr(pictures, name)(), folder / "page.html"
+    path.write_text(f'<!doctype html><meta charset="utf-8">{shown.static_html()}', "utf-8")
+    return shown, open_page(path.as_uri(), reduced_motion="reduce").page.locator(".rs-picture")
+
+
+def linked(picture: Locator) -> dict[str, Any]:
+    """The state that a link to the picture holds."""
+    unfold(picture)
+    picture.locator("[data-control=link]").click()
+    return json.loads(unquote(picture.page.url.split("=")[1]))
+
+
 @pytest.mark.browser
 @pytest.mark.parametrize("name", sorted(pictures.__all__))
 @pytest.mark.rest
@@ -79,10 +96,7 @@ def test_the_still_picture_and_the_answer_say_what_the_live_one_says(name, tmp_p
 
     The answer is reached by keys, and is a state that a link holds.
     """
-    shown, path = getattr(pictures, name)(), tmp_path / "page.html"
-    path.write_text(f'<!doctype html><meta charset="utf-8">{shown.static_html()}', "utf-8")
-    page = open_page(path.as_uri(), reduced_motion="reduce").page
-    picture = page.locator(".rs-picture")
+    shown, picture = opened(name, tmp_path, open_page)
     first = seen(picture)
     assert len(first.caption) > 40
     assert tells(shown, "\n".join(picture.evaluate(SAID))) == []
@@ -90,16 +104,14 @@ def test_the_still_picture_and_the_answer_say_what_the_live_one_says(name, tmp_p
         assert number in first.caption, (shown.caption, first.caption)
     (right,) = (k for k, option in enumerate(shown.question.options) if option.correct)
     picture.locator(".rs-predict input").nth(right).focus()
-    page.keyboard.press("Space")
+    picture.page.keyboard.press("Space")
     picture.locator("[data-show]:visible").press("Enter")
     now = seen(picture)
     assert now.drawing != first.drawing and SAYS[name] in now.caption
     assert now.height == first.height
-    unfold(picture)
-    picture.locator("[data-control=link]").click()
-    found = json.loads(unquote(page.url.split("=")[1]))
+    found = linked(picture)
     assert {key: found.get(key, shown.state[key]) for key in shown.answer} == shown.answer
-    page.emulate_media(media="print")
+    picture.page.emulate_media(media="print")
     assert not picture.locator("[data-show]").filter(visible=True).count()
 
 
@@ -110,17 +122,11 @@ def test_the_still_picture_and_the_answer_say_what_the_live_one_says(name, tmp_p
 )
 def test_a_reader_paints_by_hand_what_show_it_shows(name, places, tmp_path, open_page):
     """Each place is tried once, from the first to the last."""
-    shown, path = getattr(pictures, name)(), tmp_path / "page.html"
-    path.write_text(f'<!doctype html><meta charset="utf-8">{shown.static_html()}', "utf-8")
-    page = open_page(path.as_uri(), reduced_motion="reduce").page
-    picture = page.locator(".rs-picture")
+    shown, picture = opened(name, tmp_path, open_page)
     if name == "starts":
         picture.locator("[data-control=odometry]").click()
     picture.locator("[data-handle]").focus()
     for key in ["Home", *["ArrowRight"] * places]:
-        page.keyboard.press(key)
+        picture.page.keyboard.press(key)
         seen(picture)
-    unfold(picture)
-    picture.locator("[data-control=link]").click()
-    painted = json.loads(unquote(page.url.split("=")[1]))["tried"]
-    assert painted == shown.answer["tried"]
+    assert linked(picture)["tried"] == shown.answer["tried"]

@@ -124,7 +124,7 @@ def test_there_is_no_ground_no_black_and_no_rule_for_the_whole_page():
         assert ground.get("style") == "fill:none"
 
 
-def test_names_are_those_of_one_drawing():
+def test_names_are_those_of_one_drawing_and_the_figure_stays_as_it_is():
     hatched = panels(1, 2)
     hatched.axes[0].bar([0, 1], [1, 2], hatch="///")
     html = page_html(panels()) + page_html(hatched)
@@ -132,9 +132,6 @@ def test_names_are_those_of_one_drawing():
     names = re.findall(r' id="([^"]+)"', html)
     assert len(names) == len(set(names)) > 4
     assert set(re.findall(r"#(f\w+)", html)) <= set(names)
-
-
-def test_the_figure_stays_as_it_is_and_no_other_is_left_open():
     figure = panels()
     before = plt.get_fignums(), figure.get_size_inches().tolist()
     first = page_html(figure)
@@ -143,13 +140,15 @@ def test_the_figure_stays_as_it_is_and_no_other_is_left_open():
 
 
 class TestNarrow:
-    def test_panels_stand_one_below_the_other_in_their_order(self):
+    def test_panels_stand_one_below_the_other_and_a_small_figure_keeps_its_size(self):
         narrow = narrowed(panels())
         narrow.draw_without_rendering()
         boxes = [ax.get_window_extent() for ax in narrow.axes]
         assert all(low.y1 < high.y0 for high, low in pairwise(boxes))
         assert np.allclose([box.x0 for box in boxes], boxes[0].x0)
         assert [ax.get_title() for ax in narrow.axes] == [f"panel {k}" for k in range(4)]
+        for made, size in ((panels(2, 1), [WIDTH, 3.5]), (panels(1, 1, figsize=(3, 2)), [3, 2])):
+            assert narrowed(made).get_size_inches().tolist() == size
 
     def test_panels_that_shared_axes_get_their_own_numbers_and_labels(self):
         narrow = narrowed(panels(sharex=True, sharey=True))
@@ -170,7 +169,7 @@ class TestNarrow:
         *_, drawn, told = (ax.get_window_extent().height for ax in narrow.axes)
         assert told < 0.7 * drawn
 
-    def test_a_legend_that_is_too_wide_gets_fewer_columns(self):
+    def test_a_wide_legend_gets_fewer_columns_and_numbers_of_an_axis_do_not_touch(self):
         figure = panels(1, 1)
         handles, _ = figure.axes[0].get_legend_handles_labels()
         names = ["a name that is long", "another name", "and a third one", "the last"]
@@ -178,8 +177,6 @@ class TestNarrow:
         narrow = narrowed(figure)
         assert narrow.legends[0].get_window_extent().width <= narrow.bbox.width
         assert figure.legends[0].get_window_extent().width > 0.8 * figure.bbox.width
-
-    def test_numbers_of_an_axis_do_not_touch(self):
         figure = panels(1, 1)
         figure.axes[0].set_xticks(np.linspace(0, 2, 9), [f"{k}.00001" for k in range(9)])
         narrow = narrowed(figure)
@@ -187,11 +184,6 @@ class TestNarrow:
         assert [label.get_text()[0] for label in shown] == list("02468")
         boxes = [label.get_window_extent() for label in shown]
         assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
-
-    def test_a_small_figure_keeps_its_size(self):
-        narrow = narrowed(panels(1, 1, figsize=(3.0, 2.0)))
-        assert narrow.get_size_inches().tolist() == [3.0, 2.0]
-        assert narrowed(panels(2, 1)).get_size_inches().tolist() == [WIDTH, 3.5]
 
 
 @pytest.mark.parametrize("for_a_page", [False, True])

@@ -43,7 +43,7 @@ def embedded(html: str) -> dict[str, Any]:
 
 
 class TestPage:
-    def test_it_holds_the_words_and_the_data(self):
+    def test_it_holds_the_words_and_the_data_and_is_the_same_each_time(self):
         html = picture().static_html()
         data = embedded(html)
         assert data["state"] == {"robust": False, "wrong": [[1, 4]]}
@@ -54,8 +54,6 @@ class TestPage:
         words = unescape(re.sub(r"<[^>]+>", "", html.split("<script>")[0]))
         assert "Predict: What <b>?" in words and "move it" in words
         assert html.count("What is seen.") == 2, "as the still picture's words and as its caption"
-
-    def test_the_same_picture_is_the_same_page(self):
         with figure_style():
             assert pictures.opening().static_html() == pictures.opening().static_html()
 
@@ -80,12 +78,10 @@ def test_what_cannot_be_shown_is_refused(changes, error, message):
 
 
 class TestNotebook:
-    def test_no_figure_is_left_open_that_a_notebook_would_show(self):
+    def test_no_figure_is_left_open_and_a_widget_is_where_a_person_is(self, monkeypatch):
         before = plt.get_fignums()
         pictures.opening().widget()
         assert plt.get_fignums() == before
-
-    def test_a_widget_is_beside_it_only_where_a_person_runs_the_cell(self, monkeypatch):
         assert set(picture()._repr_mimebundle_()) == {"text/plain", "text/html"}
         monkeypatch.setattr(notebook, "someone_is_there", lambda: True)
         assert notebook.MIME in picture()._repr_mimebundle_()

@@ -12,15 +12,12 @@ def read(quiz: Quiz) -> BeautifulSoup:
     return BeautifulSoup(quiz.html(), "html.parser")
 
 
-def test_every_option_has_its_own_answer_that_says_whether_it_is_right():
+def test_every_option_says_whether_it_is_right_which_several_may_be():
     page = read(Quiz([Question("Which one?", [RIGHT, WRONG])]))
     assert [label.get_text().strip() for label in page("label")] == ["A Huber", "B TLS"]
     right, wrong = (answer.get_text() for answer in page(role="status"))
     assert right.startswith("✓ Right. Its pull is")
     assert wrong.startswith("✗ No. It lets go at")
-
-
-def test_several_options_may_be_right():
     both = Question("Which?", [RIGHT, Option("Square", "So does it.", correct=True)])
     assert Quiz([both]).html().count("✓ Right.") == 2
 
@@ -42,14 +39,11 @@ def test_a_question_keeps_its_key_until_its_texts_change():
     assert key(one) != key(Question("Which one?", [WRONG, RIGHT]))
 
 
-def test_math_stands_where_mathjax_looks_and_text_cannot_become_markup():
+def test_math_stands_where_mathjax_looks_text_is_no_markup_and_emphasis_is_outside_of_math():
     page = read(Quiz([Question("Is $a<b$ & c?", [RIGHT, WRONG])]))
     assert page.legend.get_text() == r"Is \(a<b\) & c?"
     assert page.legend.find(class_="math").get_text() == r"\(a<b\)"
     assert "<script>" not in Quiz([Question("<script>", [RIGHT, WRONG])]).html()
-
-
-def test_emphasis_code_and_apostrophes_are_marked_outside_math_only():
     html = Quiz([Question("Is *Huber's* `f's` or $a*b's*c$?", [RIGHT, WRONG])]).html()
     assert r"<em>Huber's</em> <code>f's</code>" in html
     assert r"\(a*b's*c\)" in html

@@ -22,13 +22,10 @@ def results(tmp_path):
     return read_results(path)
 
 
-def test_the_header_and_the_rows_are_read(results):
+def test_the_header_and_the_rows_are_read_and_good_maps_are_summed(results):
     assert results.header == {"version": "7-abc", "runs": "9 of 9", "cpu seconds": 12}
     assert results.names("method") == ["A", "B, jointly"]
     assert results.names("graph") == ["town", "lake"]
-
-
-def test_good_maps_are_summed_over_the_rows_that_are_chosen(results):
     assert results.good() == (4, 9)
     assert results.good(method="A") == (4, 6)
     assert results.share(method="A", percent="50") == pytest.approx(1 / 3)

@@ -34,13 +34,10 @@ def test_every_colour_has_the_contrast_that_graphics_or_letters_need(name, page)
     assert found >= least, f"colours.toml: {name} on a {page} page has {found:.1f}, not {least}"
 
 
-def test_letters_are_drawn_in_these_colours_alone_and_the_ground_is_the_themes():
+def test_letters_palette_and_looks_have_these_colours_alone_and_the_ground_is_the_themes():
     assert "--rs-ground" not in site_colours()
     settings = ("text.color", "axes.labelcolor", "xtick.color", "ytick.color")
     assert {STYLE[key] for key in settings} <= {COLOURS[name].light for name in LETTERS}
-
-
-def test_palette_and_looks_know_no_other_colours():
     known = {colour.light for colour in COLOURS.values()}
     assert {*PALETTE.values(), *(look.color for look in LOOKS)} <= known
 
@@ -98,27 +95,21 @@ def test_a_colour_that_is_none_is_named():
         palette.colours('ink = { light = "black", dark = "#ffffff" }')
 
 
-def test_every_colour_has_a_line_and_a_marker_and_an_outlier_needs_no_colour():
+def test_every_colour_has_a_line_and_a_marker_and_two_looks_differ_in_both():
     assert PALETTE.keys() == LINESTYLES.keys() == MARKERS.keys()
     for signs in (LINESTYLES, MARKERS):
         assert signs["outlier"] != signs["inlier"]
-
-
-def test_two_looks_differ_in_colour_in_line_and_in_marker():
     for first, second in itertools.combinations(LOOKS, 2):
         assert first.color != second.color
         assert first.linestyle != second.linestyle
         assert first.marker != second.marker
 
 
-def test_there_is_a_look_of_its_own_for_every_kernel():
+def test_there_is_a_look_of_its_own_for_every_kernel_and_none_of_an_inlier_or_an_outlier():
+    """Also in the live picture, which has the same colours."""
     assert len({kernel_look(name) for name in KERNELS}) == len(KERNELS)
     with pytest.raises(ValueError, match="name: there is no kernel 'no kernel'; give one of sq"):
         kernel_look("no kernel")
-
-
-def test_no_kernel_is_taken_for_an_inlier_or_an_outlier():
-    """In figures, nor in the live picture, which has the same colours."""
     script = ROOT / "lib/course/robust_slam_course/pictures/kernels.js"
     live = re.findall(r'name: "(\w+)", .*colour: "(\w+)"', script.read_text("utf-8"))
     assert len(live) == 4

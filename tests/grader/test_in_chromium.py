@@ -13,15 +13,8 @@ pytestmark = [pytest.mark.browser, pytest.mark.rest]
 
 OF_STUDENTS = ("every-status", "passed", "refused", "hostile")
 OF_CLASSES = (
-    "many",
-    "by-people",
-    "no-names",
-    "one",
-    "nothing",
-    "no-points",
-    "class-hostile",
-    "index",
-    "student",
+    *("many", "by-people", "no-names", "one", "nothing", "no-points", "class-hostile"),
+    *("index", "student"),
 )
 DARK = (*OF_STUDENTS, "many", "by-people", "index", "student")
 """Looked at in the dark too; what the instructor's other pages show is in these."""
@@ -45,9 +38,10 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def opened(folder, open_page):
-    return lambda name, scheme="light": open_page(
-        (folder / f"{name}.html").as_uri(), color_scheme=scheme
-    )
+    def visit(name, scheme="light"):
+        return open_page((folder / f"{name}.html").as_uri(), color_scheme=scheme)
+
+    return visit
 
 
 @pytest.mark.parametrize("name", [*OF_STUDENTS, *OF_CLASSES])
@@ -76,16 +70,17 @@ def test_a_page_asks_for_nothing_fits_and_is_read_by_all(opened, name):
         assert violations(page, COLOURS) == []
 
 
-def test_partial_has_a_sign_and_a_colour_of_its_own(opened):
+def test_partial_has_a_sign_and_a_colour_of_its_own_and_keys_lead_to_where_to_start(opened):
     page = opened("every-status").page
-    looks = {
-        kind: page.locator(f"td.{kind}").first.evaluate(
-            "one => [one.textContent[0], getComputedStyle(one).color].join()"
-        )
-        for kind in ("passed", "partial", "lost")
-    }
-    assert len(set(looks.values())) == 3
-    assert [look[0] for look in looks.values()] == ["✓", "◐", "✗"]
+    read = "one => [one.textContent[0], getComputedStyle(one).color].join()"
+    kinds = ("passed", "partial", "lost")
+    looks = [page.locator(f"td.{kind}").first.evaluate(read) for kind in kinds]
+    assert len(set(looks)) == 3 and [look[0] for look in looks] == ["✓", "◐", "✗"]
+    page.keyboard.press("Tab")
+    assert page.evaluate(FOCUSED) == "apply"
+    page.keyboard.press("Enter")
+    page.wait_for_url("**#exercise-2")
+    assert page.locator("#exercise-2").text_content() == "apply"
 
 
 def test_a_page_carries_the_fonts_and_the_sign_that_are_there(tmp_path, monkeypatch, opened):
@@ -124,15 +119,6 @@ def test_on_paper_all_is_dark_on_white(opened, name):
     assert page.pdf(format="A4").startswith(b"%PDF")
 
 
-def test_keys_lead_to_the_exercise_to_start_with(opened):
-    page = opened("every-status").page
-    page.keyboard.press("Tab")
-    assert page.evaluate(FOCUSED) == "apply"
-    page.keyboard.press("Enter")
-    page.wait_for_url("**#exercise-2")
-    assert page.locator("#exercise-2").text_content() == "apply"
-
-
 class TestManyStudents:
     @pytest.fixture
     def many(self, opened):
@@ -149,7 +135,7 @@ class TestManyStudents:
         many.keyboard.press("Enter")
         assert many.locator("figure + details[open]").count() == 1
 
-    def test_labels_of_a_histogram_do_not_meet(self, many):
+    def test_labels_of_a_histogram_do_not_meet_and_patterns_are_drawn(self, many):
         for width in (1280, 390):
             many.set_viewport_size({"width": width, "height": 900})
             boxes = many.locator("figure text[y='212']").all()
@@ -157,8 +143,6 @@ class TestManyStudents:
             assert len(shown) >= 6
             for left, right in itertools.pairwise(shown):
                 assert left["x"] + left["width"] < right["x"]
-
-    def test_patterns_are_drawn_and_not_colour_alone(self, many):
         fill = "kind => getComputedStyle(document.querySelector(`.key .${kind}`)).fill"
         fills = [many.evaluate(fill, kind) for kind in ("whole", "partly", "none", "missing")]
         assert len(set(fills)) == 4

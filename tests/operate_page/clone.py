@@ -46,11 +46,8 @@ def lend_environment(folder: Path) -> None:
 def lend_book(folder: Path, *, pages: bool) -> None:
     """Build the book here, and lend its executed notebooks and its fonts: none is made twice.
 
-    The class on the site is of other assignments, and made by tests of its own.
-
-    Args:
-        folder: the clone, with an environment.
-        pages: lend its pages too, by a builder that copies them.
+    The class on the site is of other assignments, and made by tests of its own. With ``pages``
+    the clone, which has an environment, is lent those too, by a builder that copies them.
     """
     built()
     for part in _MADE:

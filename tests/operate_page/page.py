@@ -69,9 +69,8 @@ def commands(block: Block) -> list[Command]:
     if block.kind != "sh":
         return []
     found = re.finditer(r"(?:[^\n]*\\\n)*[^\n]+", block.body)
-    shown = [
-        Command(block.line + 1 + block.body.count("\n", 0, m.start()), _bare(m[0])) for m in found
-    ]
+    at = block.line + 1
+    shown = [Command(at + block.body.count("\n", 0, m.start()), _bare(m[0])) for m in found]
     return [command for command in shown if command.text]
 
 

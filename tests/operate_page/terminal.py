@@ -19,13 +19,7 @@ class Said:
 
 
 class Terminal:
-    """A shell: what a command exports or starts in it is there for the next.
-
-    Args:
-        folder: where it starts.
-        environment: its variables.
-        log: a file for all that is printed.
-    """
+    """A shell that logs all that is printed: what a command exports is there for the next."""
 
     def __init__(self, folder: Path, environment: Mapping[str, str], log: Path) -> None:
         self._log = log
@@ -34,14 +28,10 @@ class Terminal:
         with log.open("ab") as output:
             self._shell = subprocess.Popen(
                 ["bash", "--noprofile", "--norc", f"/dev/fd/{commands}"],
-                cwd=folder,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
+                cwd=folder, env=environment, start_new_session=True,
+                stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                 pass_fds=(commands, self._told),
-                start_new_session=True,
-            )
+            )  # fmt: skip
         os.close(commands)
 
     def run(self, command: str) -> Said:

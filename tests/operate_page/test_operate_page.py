@@ -29,9 +29,11 @@ TYPED = [step for step in STEPS if isinstance(step, Command)]
 class Promise:
     """What the page says that a command does."""
 
-    says: tuple[str, ...] = ()
-    makes: tuple[str, ...] = ()
-    makes_not: tuple[str, ...] = ()
+    says: str = ""
+    """A line of this each."""
+    makes: str = ""
+    """Files and folders, apart by spaces."""
+    makes_not: str = ""
     by_hand: Callable[[Path], None] | None = None
     """What the page has its reader do in the folder just before."""
 
@@ -51,93 +53,82 @@ def _grade_id(cell: dict[str, Any]) -> str | None:
     return cell["metadata"].get("nbgrader", {}).get("grade_id")
 
 
-def printed(heading: str) -> tuple[str, ...]:
+def printed(heading: str) -> str:
     """The lines that the page shows as printed, in a section."""
     start = SOURCE.count("\n", 0, SOURCE.index(f"\n## {heading}\n")) + 1
-    shown = next(block for block in BLOCKS if block.kind == "text" and block.line > start)
-    return tuple(shown.body.splitlines())
+    return next(block.body for block in BLOCKS if block.kind == "text" and block.line > start)
 
 
-EXPORT = ".venv/bin/autograder export"
-REGRADE = ".venv/bin/autograder regrade 02-four-costs"
+AUTOGRADER = ".venv/bin/autograder"
+EXPORT, REGRADE = f"{AUTOGRADER} export", f"{AUTOGRADER} regrade 02-four-costs"
 FEEDBACK = "feedback/sample-half/02-four-costs.html"
 MATCHED = "5 of 5 students have marks, matched by "
 PROMISES = {
-    "make setup": Promise(says=("Nothing to be done",), makes=(".venv/bin/autograder",)),
+    "make setup": Promise("Nothing to be done", ".venv/bin/autograder"),
     ".venv/bin/autograder grade solutions/03-irls/03-irls.ipynb \\\n"
     "    --student me --out build/first": Promise(
-        says=("40/40  all passed",), makes=("build/first/me/03-irls.json",)
+        "40/40  all passed", "build/first/me/03-irls.json"
     ),
     "make course": Promise(
-        says=("[3/4] the book", "sample-half ", "Where each thing is:", "build/sample/feedback"),
-        makes=(
-            "build/html/index.html",
-            "build/release",
-            "build/sample/graded/gradebook.db",
-            f"build/sample/{FEEDBACK}",
-            "build/log/book.log",
-        ),
-        makes_not=("class",),
+        "[3/4] the book\nsample-half \nWhere each thing is:\nbuild/sample/feedback",
+        "build/html/index.html build/release build/sample/graded/gradebook.db build/log/book.log "
+        f"build/sample/{FEEDBACK}",
+        makes_not="class",
     ),
-    "make book": Promise(makes=("build/html/index.html",)),
-    "make release": Promise(
-        makes=("build/release/03-irls.zip", "build/release/03-irls/03-irls.ipynb")
-    ),
-    ".venv/bin/autograder lint --strict --answers solutions/answers": Promise(
-        says=("0 errors, 0 warnings in 2 assignments",)
+    "make book": Promise(makes="build/html/index.html"),
+    "make release": Promise("", "build/release/03-irls.zip build/release/03-irls/03-irls.ipynb"),
+    f"{AUTOGRADER} lint --strict --answers solutions/answers": Promise(
+        "0 errors, 0 warnings in 2 assignments"
     ),
     "mkdir -p class && cp -Rp build/sample/. class/": Promise(
-        makes=("class/submitted/sample-half/02-four-costs/02-four-costs.ipynb",)
+        makes="class/submitted/sample-half/02-four-costs/02-four-costs.ipynb"
     ),
-    ".venv/bin/autograder doctor": Promise(says=("✓ works",)),
+    f"{AUTOGRADER} doctor": Promise("✓ works"),
     "make grade": Promise(
-        says=("8 graded, 2 refused, 0 failed, 10 of them unchanged and reused",),
-        makes=("class/graded/sample-half/02-four-costs.json", "class/graded/.run.json"),
+        "8 graded, 2 refused, 0 failed, 10 of them unchanged and reused",
+        "class/graded/sample-half/02-four-costs.json class/graded/.run.json",
     ),
     ".venv/bin/dask scheduler --host 127.0.0.1 --port 8786 &": Promise(),
     ".venv/bin/dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 2 &": Promise(),
-    ".venv/bin/autograder grade class/submitted/*/03-irls --out build/trial "
+    f"{AUTOGRADER} grade class/submitted/*/03-irls --out build/trial "
     "--scheduler tcp://127.0.0.1:8786": Promise(
-        says=("4 graded, 1 refused, 0 failed. ",), makes=("build/trial/sample-half/03-irls.json",)
+        "4 graded, 1 refused, 0 failed. ", "build/trial/sample-half/03-irls.json"
     ),
     "kill %1 %2": Promise(),
-    "make feedback": Promise(says=("10 submissions of 5 students",), makes=(f"class/{FEEDBACK}",)),
+    "make feedback": Promise("10 submissions of 5 students", f"class/{FEEDBACK}"),
     "make report": Promise(
-        says=("report on 2 of 2 assignments",),
-        makes=("class/report/index.html", "class/report/02-four-costs.html"),
+        "report on 2 of 2 assignments", "class/report/index.html class/report/02-four-costs.html"
     ),
-    ".venv/bin/autograder mark sample-half 02-four-costs threshold +2 \\\n"
+    f"{AUTOGRADER} mark sample-half 02-four-costs threshold +2 \\\n"
     '    --reason "The idea is right, and one sign is wrong."': Promise(
-        says=("0 by the tests, +2 by hand: 2/10 points",)
+        "0 by the tests, +2 by hand: 2/10 points"
     ),
-    ".venv/bin/autograder report 02-four-costs --similar": Promise(
-        says=("report on 1 of 2 assignments",)
-    ),
-    ".venv/bin/autograder report --no-names --to class/report-no-names": Promise(
-        makes=("class/report-no-names/index.html",)
+    f"{AUTOGRADER} report 02-four-costs --similar": Promise("report on 1 of 2 assignments"),
+    f"{AUTOGRADER} report --no-names --to class/report-no-names": Promise(
+        makes="class/report-no-names/index.html"
     ),
     ".venv/bin/python -m robust_slam_course.pictures.breaking scores "
     "class/break-the-map.csv": Promise(
-        says=("2 scores were replayed, and 0 refused",), makes=("class/scores.csv",)
+        "2 scores were replayed, and 0 refused", "class/scores.csv"
     ),
-    "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
+    "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes="grades.csv"),
     f"{EXPORT} --format canvas --roster class/roster.csv": Promise(
-        says=(f"{MATCHED}SIS Login ID",), makes=("class/canvas.csv",)
+        f"{MATCHED}SIS Login ID", "class/canvas.csv"
     ),
     f'{EXPORT} --format moodle --roster class/moodle-roster.csv --match "ID number"': Promise(
-        says=(f"{MATCHED}ID number",), makes=("class/moodle.csv",)
+        f"{MATCHED}ID number", "class/moodle.csv"
     ),
     f"{EXPORT} 02-four-costs 03-irls --format canvas --roster class/roster.csv \\\n"
     "    --late class/late.toml": Promise(
-        says=("before  after", "10 % of the points for each 24 hours begun", "class/canvas.csv")
+        "before  after\n10 % of the points for each 24 hours begun\nclass/canvas.csv"
     ),
-    REGRADE: Promise(says=printed("Regrade"), by_hand=fix_a_test),
-    f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 43 → 44",)),
-    "make public": Promise(makes=("build/public/assignments/03-irls.zip", "build/public/lib")),
-    ".venv/bin/autograder init-ci github-grading --out .": Promise(
-        says=("Next:",), makes=(".github/workflows/grading.yml",)
+    REGRADE: Promise(printed("Regrade"), by_hand=fix_a_test),
+    f"{REGRADE} --apply": Promise("gradebook: sample-misprints 43 → 44"),
+    "make public": Promise("", "build/public/assignments/03-irls.zip build/public/lib"),
+    f"{AUTOGRADER} init-ci github-grading --out .": Promise(
+        "Next:", ".github/workflows/grading.yml"
     ),
-    ".venv/bin/autograder init-ci gradescope": Promise(makes=("class/gradescope/03-irls.zip",)),
+    f"{AUTOGRADER} init-ci gradescope": Promise(makes="class/gradescope/03-irls.zip"),
     "chmod 700 class": Promise(),
 }
 """By command what it promises; its exit status is 0."""
@@ -146,12 +137,7 @@ SCHEDULER_PORT = "8786"
 
 
 class Reader:
-    """Who follows the page, and is never sent back.
-
-    Args:
-        folder: where the reader's clone and home lie.
-        with_book: whether the clone is lent the book's pages; else it builds them.
-    """
+    """Who follows the page, and is never sent back; ``with_book`` nothing is built anew."""
 
     def __init__(self, folder: Path, *, with_book: bool) -> None:
         self.course = folder / "course"
@@ -193,9 +179,8 @@ class Reader:
 def follower(tmp_path_factory, request):
     """In ``make soak`` the reader's `make course` builds the book, as `make test` has done."""
     working(next(iter(kernel.usable() or BACK_ENDS)))
-    someone = Reader(
-        tmp_path_factory.mktemp("instructor"), with_book=not kernel.is_soak(request.config)
-    )
+    folder = tmp_path_factory.mktemp("instructor")
+    someone = Reader(folder, with_book=not kernel.is_soak(request.config))
     yield someone
     someone.terminal.close()
 
@@ -207,9 +192,10 @@ def test_a_command_does_what_the_page_promises(follower, command):
     said = follower.follow(command)
     assert said.status == 0, said.text
     promise = PROMISES[command.text]
-    assert not [words for words in promise.says if words not in said.text], said.text
-    assert not [name for name in promise.makes if not (follower.course / name).exists()]
-    assert not [name for name in promise.makes_not if (follower.course / name).exists()]
+    assert not [words for words in promise.says.split("\n") if words not in said.text], said.text
+    made = [name for name in promise.makes.split() if (follower.course / name).exists()]
+    assert made == promise.makes.split()
+    assert not [name for name in promise.makes_not.split() if (follower.course / name).exists()]
 
 
 @pytest.fixture(scope="module")
@@ -271,17 +257,11 @@ def test_the_misprints_of_chapters_two_to_five_are_there():
         assert set(sample_class.misprints(assignment)) == set(answers.solutions(assignment))
 
 
-def test_a_block_says_what_it_is():
+def test_a_block_says_what_it_is_a_remark_is_about_it_and_a_command_promises_something():
     fences = re.findall(r"^\s*(?:```|~~~)", SOURCE, re.M)
     assert len(fences) == 2 * len(BLOCKS)
     assert not [(block.line, block.kind) for block in BLOCKS if block.kind not in page.KINDS]
-
-
-def test_a_remark_is_about_the_block_below_it():
     remarks = [remark for block in BLOCKS for remark in block.remarks]
     assert re.findall(r"^%.*", SOURCE, re.M) == remarks
     assert not [remark for block in BLOCKS for remark in page.unknown_remarks(block)]
-
-
-def test_every_command_that_is_run_promises_something():
     assert {command.text for command in TYPED} == set(PROMISES)

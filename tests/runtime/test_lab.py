@@ -229,17 +229,11 @@ def test_the_downloaded_file_has_the_cells_of_the_release(done):
             assert "".join(mine["source"]) == "".join(theirs["source"])
 
 
-def test_pictures_and_widgets_follow_the_hand_and_python_sees_it(done):
+def test_pictures_follow_the_hand_a_loop_is_stopped_and_pages_hear_of_the_check(done):
     assert done["follows"]
     assert done["asked"].strip() == "True True"
-
-
-def test_a_loop_is_stopped_the_clock_moves_and_the_pages_hear_of_the_check(done):
     assert done["progress"] == {NAME: {"checked": True}}
     assert done["clock moves"].strip() == "True"
-
-
-def test_nothing_is_asked_of_another_machine(done):
     assert done["outside"] == []
 
 

@@ -48,7 +48,7 @@ def hand_in(folder: Path, name: str, released: Path, sources: Mapping[str, str])
     shutil.copy(released / name / "autograder.toml", folder)
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """Two assignments; in ``make soak`` all."""
     if "name" in metafunc.fixturenames:
         names = NAMES if kernel.is_soak(metafunc.config) else QUICK

@@ -55,10 +55,9 @@ def test_an_edge_of_weight_0_drops_out(group):
     _, graph = random_graph(5, group)
     kept = np.arange(len(graph.edges)) != 7
     rest = pose_graph.select(graph, kept)
-    np.testing.assert_allclose(
-        data_matrix(graph, kept.astype(float)), data_matrix(rest), rtol=1e-14
-    )
-    assert len(ChordalProblem.of(graph, kept.astype(float)).edges) == len(rest.edges)
+    weights = kept.astype(float)
+    np.testing.assert_allclose(data_matrix(graph, weights), data_matrix(rest), rtol=1e-14)
+    assert len(ChordalProblem.of(graph, weights).edges) == len(rest.edges)
 
 
 @pytest.mark.parametrize("extra", [0, 1, 3])
@@ -77,6 +76,5 @@ def test_project_turns_a_mirrored_map_round(group):
     mirror = np.eye(group.DIMENSION)
     mirror[0, 0] = -1.0
     back = chordal.project(mirror @ chordal.pose_blocks(poses))
-    assert chordal.chordal_cost(graph, back) == pytest.approx(
-        chordal.chordal_cost(graph, poses), rel=1e-10
-    )
+    cost, expected = (chordal.chordal_cost(graph, each) for each in (back, poses))
+    assert cost == pytest.approx(expected, rel=1e-10)

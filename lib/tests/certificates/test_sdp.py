@@ -6,17 +6,8 @@ from functools import cache
 import cvxpy
 import numpy as np
 import pytest
-from robust_slam.certificates.sdp import (
-    SIZE_LIMIT,
-    SdpFailed,
-    connection_matrix,
-    dense_certificate,
-    is_tight,
-    numerical_rank,
-    round_solution,
-    solve_sdp,
-    suboptimality,
-)
+from robust_slam.certificates import sdp
+from robust_slam.certificates.sdp import connection_matrix, dense_certificate, is_tight, solve_sdp
 from scipy.spatial.transform import Rotation
 
 from ..worlds import refused
@@ -53,7 +44,7 @@ def solved(d, seed, noise):
     """The matrix Q of six poses, its relaxed solution, and that rounded to rotations."""
     _, _, Q = six_poses(d, seed, noise)
     solution = solve_sdp(Q, d)
-    return Q, solution, round_solution(solution.Z, d)
+    return Q, solution, sdp.round_solution(solution.Z, d)
 
 
 def cycle(d, n, alpha):
@@ -110,7 +101,7 @@ def test_at_a_tight_optimum_the_certificate_has_d_zeros_and_no_negative(d, seed)
     assert np.sum(eigenvalues < 1e-4) == d
     assert cost(Q, R) == pytest.approx(solution.value, rel=1e-6)
     assert is_tight(solution.Z, Q, R)
-    assert suboptimality(Q, R) < 1e-5
+    assert sdp.suboptimality(Q, R) < 1e-5
 
 
 @pytest.mark.parametrize(("d", "noise", "seed"), [(2, 1.2, 3), (3, 1.0, 1)])
@@ -119,7 +110,7 @@ def test_large_noise_leaves_a_gap_and_a_higher_rank(d, noise, seed):
     assert solution.rank > d
     assert not is_tight(solution.Z, Q, R)
     gap = cost(Q, R) - solution.value
-    assert 0.01 < gap <= suboptimality(Q, R)
+    assert 0.01 < gap <= sdp.suboptimality(Q, R)
     assert dense_certificate(Q, R)[1][0] < -0.01
 
 
@@ -131,7 +122,7 @@ def test_two_equally_good_answers_raise_the_rank_although_the_value_is_attained(
     for turn in (0.0, 2.0 * np.pi / 3.0):
         R = row(about_z(2, turn * np.arange(3)))
         assert cost(Q, R) == pytest.approx(6.0, rel=1e-12)
-        assert suboptimality(Q, R) < 1e-12
+        assert sdp.suboptimality(Q, R) < 1e-12
         assert not is_tight(solution.Z, Q, R)
     assert solution.value == pytest.approx(6.0, rel=1e-6)
     assert solution.rank == 4
@@ -146,14 +137,14 @@ def test_a_twisted_five_cycle_is_stationary_and_refused(d):
     assert not is_tight(solve_sdp(Q, d).Z, Q, R)
     # The least cost is 0, and in the plane the bound is exactly the gap.
     gap = 5.0 * d * (2.0 - 2.0 * np.cos(2.0 * np.pi / 5.0))
-    assert suboptimality(Q, R) == pytest.approx(gap, rel=1e-12)
+    assert sdp.suboptimality(Q, R) == pytest.approx(gap, rel=1e-12)
     assert cost(Q, R) == pytest.approx(10.0 * gap / (5.0 * d), rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_the_bound_is_never_negative_though_rounding_may_lift_the_lowest_eigenvalue(d, seed):
     truth, _, Q = six_poses(d, seed, 0.0)
-    assert 0.0 <= suboptimality(Q, row(truth)) < 1e-12
+    assert 0.0 <= sdp.suboptimality(Q, row(truth)) < 1e-12
 
 
 def test_the_multipliers_are_symmetric_and_block_diagonal(d, seed):
@@ -169,7 +160,7 @@ def test_rounding_keeps_what_most_blocks_say_when_some_are_mirrored(d, seed, mir
     proper = turns(d, np.random.default_rng(seed), 5, 2.0)
     mixed = proper.copy()
     mixed[mirrored, 0] *= -1.0
-    found = blocks(round_solution(row(mixed).T @ row(mixed), d))
+    found = blocks(sdp.round_solution(row(mixed).T @ row(mixed), d))
     np.testing.assert_allclose(found[0], np.eye(d), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(found), 1.0, atol=1e-12)
     others = np.setdiff1d(np.arange(5), mirrored)
@@ -181,9 +172,9 @@ def test_rounding_keeps_what_most_blocks_say_when_some_are_mirrored(d, seed, mir
 
 def test_a_rank_is_relative_to_the_largest_eigenvalue():
     for scale in (1e-9, 1.0, 1e9):
-        assert numerical_rank(scale * np.diag([1.0, 2.0, 1e-4, 1e-6])) == 3
-        assert numerical_rank(scale * np.diag([1.0, 2.0, 1e-4, 1e-6]), tol=1e-3) == 2
-    assert numerical_rank(np.zeros((3, 3))) == 0
+        assert sdp.numerical_rank(scale * np.diag([1.0, 2.0, 1e-4, 1e-6])) == 3
+        assert sdp.numerical_rank(scale * np.diag([1.0, 2.0, 1e-4, 1e-6]), tol=1e-3) == 2
+    assert sdp.numerical_rank(np.zeros((3, 3))) == 0
 
 
 def test_the_unit_of_the_precisions_does_not_matter(d):
@@ -194,22 +185,19 @@ def test_the_unit_of_the_precisions_does_not_matter(d):
         solution = solve_sdp(scaled, d)
         assert solution.value == pytest.approx(kappa * reference.value, rel=1e-6)
         assert solution.rank == d
-        assert is_tight(solution.Z, scaled, round_solution(solution.Z, d))
+        assert is_tight(solution.Z, scaled, sdp.round_solution(solution.Z, d))
 
 
-def test_a_solver_that_fails_is_reported(monkeypatch):
+def test_a_solver_that_fails_is_reported_and_without_cvxpy_the_fix_is_named(monkeypatch):
     def give_up(self, **options):
         raise cvxpy.SolverError("no progress")
 
     monkeypatch.setattr(cvxpy.Problem, "status", property(lambda self: "user_limit"))
-    with pytest.raises(SdpFailed, match="CLARABEL says 'user_limit'"):
+    with pytest.raises(sdp.SdpFailed, match="CLARABEL says 'user_limit'"):
         solve_sdp(cycle(2, 3, 0.3), 2)
     monkeypatch.setattr(cvxpy.Problem, "solve", give_up)
-    with pytest.raises(SdpFailed, match="CLARABEL gives up on Q: no progress"):
+    with pytest.raises(sdp.SdpFailed, match="CLARABEL gives up on Q: no progress"):
         solve_sdp(cycle(2, 3, 0.3), 2)
-
-
-def test_without_cvxpy_the_fix_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "cvxpy", None)
     with pytest.raises(ImportError, match=r"pip install robust-slam\[sdp\]"):
         solve_sdp(cycle(2, 3, 0.3), 2)
@@ -231,21 +219,21 @@ def test_measurements_that_are_none_are_refused_by_name(wrong, message):
 
 
 @refused(
-    ((np.eye(4)[:3], 2), "Q: the shape"),
-    ((np.triu(np.ones((4, 4))), 2), "Q is not symmetric"),
-    ((np.eye(4), 3), "Q: 4 rows are not blocks of d = 3"),
-    ((np.eye(4), 1), "Q: 4 rows are not blocks of d = 1"),
-    ((np.empty((0, 0)), 2), "Q: the shape"),
-    ((np.eye(SIZE_LIMIT + 2), 2), r"62 rows .* robust_slam\.certificate"),
+    ((solve_sdp, np.eye(4)[:3], 2), "Q: the shape"),
+    ((solve_sdp, np.triu(np.ones((4, 4))), 2), "Q is not symmetric"),
+    ((solve_sdp, np.eye(4), 3), "Q: 4 rows are not blocks of d = 3"),
+    ((solve_sdp, np.eye(4), 1), "Q: 4 rows are not blocks of d = 1"),
+    ((solve_sdp, np.empty((0, 0)), 2), "Q: the shape"),
+    ((solve_sdp, np.eye(sdp.SIZE_LIMIT + 2), 2), r"62 rows .* robust_slam\.certificate"),
+    (
+        (is_tight, np.eye(6), np.eye(4), row([np.eye(2)] * 2)),
+        r"Z: the shape is \(6, 6\), and that of Q \(4, 4\)",
+    ),
 )
-def test_a_matrix_that_is_no_cost_or_too_large_is_refused_by_name(wrong, message):
+def test_a_matrix_of_another_size_or_kind_is_refused_by_name(wrong, message):
+    function, *given = wrong
     with pytest.raises(ValueError, match=message):
-        solve_sdp(*wrong)
-
-
-def test_a_solution_of_another_size_is_refused():
-    with pytest.raises(ValueError, match=r"Z: the shape is \(6, 6\), and that of Q \(4, 4\)"):
-        is_tight(np.eye(6), np.eye(4), row([np.eye(2)] * 2))
+        function(*given)
 
 
 @refused(
@@ -258,6 +246,6 @@ def test_a_solution_of_another_size_is_refused():
     (row([np.eye(3)] * 2), "Q: 4 rows"),
 )
 def test_rotations_that_are_none_are_refused_by_name(wrong, message):
-    for function in (dense_certificate, suboptimality):
+    for function in (dense_certificate, sdp.suboptimality):
         with pytest.raises(ValueError, match=message):
             function(np.eye(4), wrong)

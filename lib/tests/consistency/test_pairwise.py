@@ -12,17 +12,8 @@ from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.groups import se2
 
-from ..worlds import (
-    measured,
-    perturbed,
-    random_information,
-    random_poses,
-    refused,
-    slopes,
-    turned,
-    walked,
-    with_outliers,
-)
+from .. import worlds
+from ..worlds import measured, random_poses, refused, walked, with_outliers
 
 
 def wandering(seed, group, n=12, closures=6, noise=0.02):
@@ -31,7 +22,7 @@ def wandering(seed, group, n=12, closures=6, noise=0.02):
     poses = walked(group, random_poses(group, n - 1, rng, reach=5.0, turn=1.0))
     pairs = [tuple(rng.choice(n, size=2, replace=False)) for _ in range(closures)]
     edges = [(k, k + 1) for k in range(n - 1)] + pairs
-    information = 1e3 * random_information(group, len(edges), rng)
+    information = 1e3 * worlds.random_information(group, len(edges), rng)
     error = noise * rng.normal(size=(len(edges), group.DOF))
     error[: n - 1] = 0.0
     return measured(group, poses, edges, error, information)
@@ -58,9 +49,9 @@ def distance(group, graph, p, q):
     for k, edge in enumerate(copies):
 
         def moved(delta, k=k):
-            return error(perturbed(group, z, k, delta))
+            return error(worlds.perturbed(group, z, k, delta))
 
-        jacobian = slopes(moved, group.DOF)
+        jacobian = worlds.slopes(moved, group.DOF)
         sigma += jacobian @ np.linalg.solve(graph.information[edge], jacobian.T)
     e = error(z)
     return np.sqrt(e @ np.linalg.solve(sigma, e))
@@ -71,7 +62,9 @@ def test_distances_are_those_of_the_definition(group, noise):
     graph = wandering(0, group, n=9, closures=4, noise=noise)
     distances = pairwise_distances(graph)
     closures = np.flatnonzero(~graph.is_odometry)
-    graph = turned(graph, graph.edges[:, 0] > graph.edges[:, 1])  # in the direction of travel
+    graph = worlds.turned(
+        graph, graph.edges[:, 0] > graph.edges[:, 1]
+    )  # in the direction of travel
     for a, b in zip(*np.triu_indices(len(closures), 1), strict=True):
         expected = distance(group, graph, closures[a], closures[b])
         assert distances[a, b] == pytest.approx(expected, rel=1e-4, abs=1e-6)
@@ -122,9 +115,8 @@ def test_only_the_marked_closures_are_compared():
     graph = wandering(12, se2)
     marked = ~graph.is_odometry
     marked[graph.n - 1] = False
-    np.testing.assert_allclose(
-        pairwise_distances(graph, marked), pairwise_distances(graph)[1:, 1:]
-    )
+    expected = pairwise_distances(graph)[1:, 1:]
+    np.testing.assert_allclose(pairwise_distances(graph, marked), expected)
 
 
 def test_of_a_step_measured_twice_the_first_counts_as_in_dead_reckoning(group):
@@ -147,9 +139,8 @@ def test_far_from_the_first_pose_and_after_many_steps_the_digits_are_still_there
         np.concatenate([np.tile(near.information[0], (1000, 1, 1)), near.information]),
         np.concatenate([np.ones(1000, dtype=bool), near.is_odometry]),
     )
-    np.testing.assert_allclose(
-        pairwise_distances(far), pairwise_distances(near), rtol=1e-5, atol=1e-9
-    )
+    expected = pairwise_distances(near)
+    np.testing.assert_allclose(pairwise_distances(far), expected, rtol=1e-5, atol=1e-9)
 
 
 def test_without_closures_the_odometry_is_kept():

@@ -62,15 +62,12 @@ def test_a_huge_mu_is_the_kernel_and_does_not_overflow(mu):
         np.testing.assert_array_equal(g.tls_surrogate(u, 2.0, mu), truncated.rho(u))
 
 
-def test_no_mu_rejects_anything_when_twice_the_square_is_within_c():
+def test_no_mu_rejects_anything_within_c_and_that_of_geman_mcclure_starts_at_1_at_least():
     """2u² = c² at u = 2, c² = 8; both sides of it differ by one part in 10⁹."""
     c = np.sqrt(8.0)
     assert start_mu(2.0 * (1.0 - 1e-9), c) == np.inf
     assert 1e7 < start_mu(2.0 * (1.0 + 1e-9), c) < np.inf
     assert start_mu(0.0, c) == np.inf
-
-
-def test_the_mu_of_geman_mcclure_starts_at_1_at_least():
     assert start_mu(1.0, 2.0, "gm") == 0.5
     assert GncGm(2.0).start(np.array([1.0])) == 1.0
 
@@ -98,7 +95,6 @@ GM_B = [
     (1.334168, 0.963143, 0.999878, 0.970859, 0.002685, 0.109840),
     (1.000000, 0.953674, 0.999952, 0.959196, 0.001543, 0.105812),
 ]
-
 
 SCHEDULES = {
     "TLS, A": (
@@ -253,9 +249,7 @@ def laps():
 def test_an_adaptive_schedule_ends_where_the_fixed_one_does_with_fewer_solves(laps, kind):
     graph, is_outlier, *_ = laps
     problem, c = PoseGraphProblem(graph, steps=1), chi_square_threshold(0.99, 3)
-    fixed, adaptive = (
-        gnc(problem, c, kind, problem.guess, adaptive=adaptive) for adaptive in (False, True)
-    )
+    fixed, adaptive = (gnc(problem, c, kind, problem.guess, adaptive=a) for a in (False, True))
     assert np.array_equal(adaptive.weights > 0.5, fixed.weights > 0.5)
     assert adaptive.weights[is_outlier].max() < 0.01
     assert len(adaptive.history) < len(fixed.history)

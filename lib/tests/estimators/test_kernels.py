@@ -22,11 +22,8 @@ def u(kernel):
     return kernel.scale * np.concatenate([-sizes, sizes])
 
 
-def test_a_zero_residual_costs_nothing_and_has_full_weight(kernel):
+def test_cost_and_weight_are_even_influence_is_odd_and_a_zero_residual_is_free(kernel, u):
     assert (kernel.rho(0.0), kernel.psi(0.0), kernel.weight(0.0)) == (0.0, 0.0, 1.0)
-
-
-def test_cost_and_weight_are_even_and_influence_is_odd(kernel, u):
     np.testing.assert_array_equal(kernel.rho(-u), kernel.rho(u))
     np.testing.assert_array_equal(kernel.weight(-u), kernel.weight(u))
     np.testing.assert_array_equal(kernel.psi(-u), -kernel.psi(u))
@@ -55,15 +52,11 @@ def test_weight_stays_in_the_unit_interval_and_never_grows_with_the_residual(ker
     assert np.all(np.diff(weight) <= 0.0)
 
 
-def test_cost_is_convex_up_to_convex_until(kernel):
+def test_cost_is_convex_up_to_where_influence_turns(kernel):
     end = min(kernel.convex_until, 1e6 * kernel.scale)
     rises = np.diff(kernel.psi(np.linspace(0.0, end, 2001)))
     assert np.all(rises >= -1e-12 * end)
-
-
-def test_influence_turns_where_the_cost_is_no_longer_convex(kernel):
-    end = kernel.convex_until
-    if end == inf:
+    if kernel.convex_until == inf:
         rises = np.diff(kernel.psi(np.logspace(0, 8, 200)))
         assert rises.min() >= -1e-12 * kernel.scale, "it falls: convex_until is finite"
     else:

@@ -71,37 +71,32 @@ def test_a_step_holds_the_weights_from_the_x_before_and_the_x_solved_with_them()
         assert step.cost == pytest.approx(np.abs(Z - step.x).sum(), abs=1e-12)
 
 
-def test_the_rule_sees_the_untrusted_alone_and_the_trusted_keep_weight_1():
+def test_the_rule_sees_the_untrusted_alone_and_the_trusted_cost_half_their_square():
     rule = HalvingRule()
-    trusted = [True, False, False, True]
+    trusted = np.array([True, False, False, True])
     result = reweight(LocationProblem(Z, trusted=trusted), rule)
     assert set(rule.seen) == {2}
     assert all(np.all(step.weights[trusted] == 1.0) for step in result.history)
-
-
-def test_the_cost_is_the_rules_over_the_untrusted_and_half_the_square_over_the_trusted():
-    trusted = np.array([True, False, False, True])
     for step in reweight(LocationProblem(Z, 2.0, trusted), HalvingRule()).history:
         u = np.abs(Z - step.x) / 2.0
         expected = u[~trusted].sum() + (u[trusted] ** 2).sum() / 2
         assert step.cost == pytest.approx(expected, rel=1e-14)
 
 
-def test_a_rule_may_end_at_the_start():
+def test_a_rule_may_end_at_the_start_and_the_limit_on_iterations_is_kept():
     rule = HalvingRule()
     rule.start = lambda norms: StopReason.NOTHING_TO_REJECT
     result = reweight(LocationProblem(Z), rule)
     assert (result.stop, len(result.history), result.x) == (StopReason.NOTHING_TO_REJECT, 1, 2.5)
+    result = reweight(LocationProblem(Z), HalvingRule(last=0.0), max_iterations=3)
+    assert (result.stop, len(result.history)) == (StopReason.ITERATION_LIMIT, 4)
 
 
-def test_when_all_is_rejected_the_last_x_and_the_zero_weights_are_kept():
+def test_when_all_is_rejected_the_last_x_is_kept_unless_the_trusted_determine_it():
     result = reweight(LocationProblem(Z), SevereRule())
     assert (result.stop, result.x) == (StopReason.ALL_REJECTED, 2.5)
     np.testing.assert_array_equal(result.weights, np.zeros(4))
     assert result.history[-1].mu == 0.5
-
-
-def test_rejecting_all_untrusted_is_no_end_while_the_trusted_determine_x():
     result = reweight(LocationProblem(Z, trusted=[True, True, False, False]), SevereRule())
     assert (result.stop, result.x) == (StopReason.CONVERGED, 0.0)
 
@@ -117,17 +112,9 @@ def test_a_part_that_is_cut_off_ends_the_loop_with_what_it_has():
     np.testing.assert_array_equal(result.weights, [1.0, 0.0])
 
 
-def test_the_limit_on_iterations_is_kept():
-    result = reweight(LocationProblem(Z), HalvingRule(last=0.0), max_iterations=3)
-    assert (result.stop, len(result.history)) == (StopReason.ITERATION_LIMIT, 4)
-
-
-def test_settled_means_that_no_residual_moved():
+def test_settled_means_that_no_residual_moved_relative_to_1_plus_itself():
     result = reweight(LocationProblem(Z), SettlingRule(), 9.0)
     assert [step.x for step in result.history] == [9.0, 2.5, 2.5]
-
-
-def test_the_tolerance_is_relative_to_1_plus_the_residual():
     loose = reweight(LocationProblem(Z), SettlingRule(), 2.6, tol=0.1)
     tight = reweight(LocationProblem(Z), SettlingRule(), 2.6, tol=0.01)
     assert (len(loose.history), len(tight.history)) == (2, 3)

@@ -55,15 +55,11 @@ def test_a_name_and_a_constructor_are_kernels_with_the_scale_of_the_probability(
 
 
 @pytest.mark.parametrize("name", KERNELS)
-def test_at_the_end_the_pulls_balance(name):
+def test_at_the_end_the_pulls_balance_and_the_cost_is_the_sum_of_rho(name):
     kernel, z = KERNELS[name](2.0), np.array([0.0, 0.3, -0.4, 0.2, 9.0])
     result = irls(LocationProblem(z), kernel, max_iterations=500)
     assert result.stop is StopReason.CONVERGED
     assert np.sum(kernel.psi(z - result.x)) == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize("name", KERNELS)
-def test_the_cost_of_the_result_is_the_sum_of_rho(name):
     kernel = KERNELS[name](3.0)
     result = irls(lesson(), kernel)
     assert result.cost == pytest.approx(np.sum(kernel.rho((LESSON - result.x) / 0.3)), rel=1e-12)

@@ -55,9 +55,8 @@ class Twin:
         self.plane = graph.group.DIMENSION == 2
         self.factors = gtsam.NonlinearFactorGraph()
         for block in graph.blocks:
-            for (i, j), z, root in zip(
-                block.ends.tolist(), block.measurement, block.root, strict=True
-            ):
+            ends = block.ends.tolist()
+            for (i, j), z, root in zip(ends, block.measurement, block.root, strict=True):
                 self.factors.add(self.factor(block.name, i, j, z, root))
 
     def factor(self, name, i, j, z, root):
@@ -82,9 +81,7 @@ class Twin:
             return (gtsam.PoseTranslationPrior2D if self.plane else gtsam.GPSFactor)(
                 *((j, self.gtsam.Pose2(z[0], z[1], 0.0)) if self.plane else (j, z)), noise
             )
-        return gtsam.CustomFactor(
-            noise, [i, j], lambda _, values, h: self.seen(i, j, z, values, h)
-        )
+        return gtsam.CustomFactor(noise, [i, j], lambda _, x, h: self.seen(i, j, z, x, h))
 
     def seen(self, i, j, z, values, h):
         """The error of a point, with the derivatives of GTSAM's own transformTo."""
@@ -134,9 +131,8 @@ def flight(seed, n=120, trees=20, beacons=3):
     drive, way = sphere(n, rng, radius=15.0, closures=0)
     truth = se3.compose(se3.exp([50.0, 20.0, 3.0, 0.3, 0.2, 1.0]), way)
     at = se3.translation(truth)
-    place = at[rng.choice(n, trees + beacons, replace=False)] + rng.normal(
-        size=(trees + beacons, 3)
-    )
+    place = at[rng.choice(n, trees + beacons, replace=False)]
+    place = place + rng.normal(size=place.shape)
     apart = place - at[:, None]
     pose, tree = np.nonzero(np.linalg.norm(apart[:, :trees], axis=2) < 8.0)
     turn = np.swapaxes(se3.rotation(truth), 1, 2)[pose]

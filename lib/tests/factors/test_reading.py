@@ -29,14 +29,16 @@ def read(folder, text, **options):
     return read_factors(path, **options)
 
 
-def test_decimal_commas_are_points_here_too(tmp_path):
+def test_decimal_commas_are_points_and_vertices_may_be_missing(tmp_path):
     plain = read(tmp_path, PLANE)
     commas = read(tmp_path, PLANE.replace(".", ","))
     np.testing.assert_array_equal(commas.x, plain.x)
     assert commas.notes[0] == "the commas in its numbers are read as decimal points"
-    assert "note       the commas" in str(commas) and repr(commas).startswith(
-        "<FactorFile: Factor"
-    )
+    assert "note       the commas" in str(commas)
+    assert repr(commas).startswith("<FactorFile: Factor")
+    lines = [line for line in PLANE.splitlines() if not line.startswith("VERTEX")]
+    file = read(tmp_path, "\n".join(lines))
+    assert file.x is None and file.ids.tolist() == [3, 5, 1, 4]
 
 
 def information(root):
@@ -131,12 +133,9 @@ def test_a_sensor_that_is_not_there_is_named(tmp_path, wrong, message):
         read(tmp_path, edge + wrong)
 
 
-def test_unknown_lines_are_skipped_on_demand_and_counted(tmp_path):
+def test_unknown_lines_are_skipped_on_demand_and_an_edge_that_is_given_twice_is_noted(tmp_path):
     file = read(tmp_path, PLANE + "EDGE_BEARING_SE2_XY 3 4 1 1\n", unknown="skip")
     assert file.skipped == {"EDGE_BEARING_SE2_XY": 1} and file.graph.landmarks == 2
-
-
-def test_an_edge_that_is_given_twice_is_noted(tmp_path):
     edge = PLANE.splitlines()[4]
     notes = read(tmp_path, f"{PLANE}{edge}\n").notes
     assert len(notes) == 1 and notes[0].startswith("line 10 gives edge 3-5 once more")
@@ -148,9 +147,3 @@ def test_gps_far_away_needs_more_than_six_digits(tmp_path, digits, words):
     fixes = [f"EDGE_PRIOR_SE2_XY {k} {5.5e6 + k + 0.1:.{digits}g} 0 9 0 9\n" for k in range(9)]
     doubts = read(tmp_path, "".join(steps + fixes)).doubts
     assert (len(doubts) == 1 and words in doubts[0]) if words else doubts == ()
-
-
-def test_without_vertices_the_landmarks_are_those_of_the_edges(tmp_path):
-    lines = [line for line in PLANE.splitlines() if not line.startswith("VERTEX")]
-    file = read(tmp_path, "\n".join(lines))
-    assert file.x is None and file.ids.tolist() == [3, 5, 1, 4]

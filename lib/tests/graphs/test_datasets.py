@@ -83,11 +83,16 @@ def contents(folder):
     return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
 
 
-def test_the_folder_of_the_variable_comes_before_the_cache(machine, folder):
-    in_cache = put(machine, "intel")
-    assert datasets.find("intel") == in_cache
-    in_folder = put(folder, "intel")
-    assert datasets.find("intel") == in_folder
+def test_a_graph_is_found_in_the_folder_of_the_variable_then_in_the_cache(machine, folder):
+    assert not datasets.is_here("intel")
+    for where in (machine, folder):
+        path = put(where, "intel")
+        assert datasets.find("intel") == path and datasets.is_here("intel")
+    put(folder, "manhattan")
+    assert datasets.is_here("M3500")
+    put(folder, "manhattan", b"changed")
+    with pytest.raises(datasets.DatasetChanged):
+        datasets.is_here("manhattan")
 
 
 def test_a_missing_graph_is_an_error_with_both_ways_out_and_is_not_downloaded(monkeypatch):
@@ -141,17 +146,6 @@ def test_a_page_shows_the_public_graph_or_names_the_generated_one(machine):
     graph, caption = datasets.load_or_generate("intel", lambda: made)
     assert graph.n == 2
     assert caption == "The graph is the public data set intel."
-
-
-def test_a_graph_is_here_in_the_folder_or_in_the_cache(machine, folder):
-    assert not datasets.is_here("intel")
-    put(folder, "intel")
-    assert datasets.is_here("intel")
-    put(machine, "manhattan")
-    assert datasets.is_here("M3500")
-    put(machine, "manhattan", b"changed")
-    with pytest.raises(datasets.DatasetChanged):
-        datasets.is_here("manhattan")
 
 
 class TestTry:
@@ -213,16 +207,13 @@ def test_a_failed_download_leaves_nothing_and_names_the_cause(server, machine, s
     assert contents(machine) == []
 
 
-def test_the_command_downloads_all_graphs_and_shows_progress(server, machine, monkeypatch, capsys):
+def test_the_command_downloads_all_graphs_or_fails(server, machine, monkeypatch, capsys):
     monkeypatch.setattr(datasets.download, "__defaults__", (STAND_INS, server.url))
     assert datasets.main() == 0
     printed = capsys.readouterr()
     assert f"2 public graphs are in {machine}" in printed.out
     assert "100%" in printed.err
     assert contents(machine) == BOTH
-
-
-def test_the_command_prints_a_failure_and_fails(server, monkeypatch, capsys):
     monkeypatch.setattr(datasets.download, "__defaults__", (["CSAIL"], server.url))
     assert datasets.main() == 1
     assert "CSAIL.g2o: 404" in capsys.readouterr().err

@@ -72,9 +72,8 @@ def file(tmp_path):
 def test_a_file_with_indefinite_matrices_is_refused_with_their_number(file):
     path, graph = file
     third = -(-len(graph.edges) // 3)
-    with pytest.raises(
-        GraphFileError, match=rf"third.g2o:41: .*{third} of {len(graph.edges)}.*nearest"
-    ):
+    message = rf"third.g2o:41: .*{third} of {len(graph.edges)}.*nearest"
+    with pytest.raises(GraphFileError, match=message):
         read(path)
 
 

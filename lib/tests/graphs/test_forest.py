@@ -4,25 +4,12 @@ from functools import reduce
 
 import numpy as np
 import pytest
+from robust_slam.graphs import odometry
 from robust_slam.graphs.generate import manhattan
-from robust_slam.graphs.odometry import (
-    Ancestors,
-    Forest,
-    dead_reckoning,
-    find_forest,
-    sessions,
-    spanning_tree,
-    sums_along,
-)
+from robust_slam.graphs.odometry import dead_reckoning, find_forest, sessions, spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
-from ..worlds import (
-    assert_same_poses,
-    chain_with_closures,
-    random_poses,
-    renumbered,
-    walked,
-)
+from ..worlds import assert_same_poses, chain_with_closures, random_poses, renumbered, walked
 
 
 def random_forest(n, seed):
@@ -31,7 +18,7 @@ def random_forest(n, seed):
     parent = np.array(
         [k if k == 0 or rng.random() < 0.1 else rng.integers(max(0, k - 3), k) for k in range(n)]
     )
-    return Forest(parent, np.full(n, -1), np.zeros(n, dtype=int))
+    return odometry.Forest(parent, np.full(n, -1), np.zeros(n, dtype=int))
 
 
 def way_up(forest, pose):
@@ -51,13 +38,13 @@ def test_the_common_ancestor_is_the_first_pose_on_both_ways_up(n, seed):
         next(pose for pose in way_up(forest, i) if pose in way_up(forest, j))
         for i, j in zip(a, b, strict=True)
     ]
-    np.testing.assert_array_equal(Ancestors.of(forest).common(a, b), expected)
+    np.testing.assert_array_equal(odometry.Ancestors.of(forest).common(a, b), expected)
 
 
 def test_sums_run_from_the_root_and_leave_it_out():
     forest = random_forest(40, 1)
     values = np.random.default_rng(1).normal(size=(40, 2))
-    for pose, total in enumerate(sums_along(forest, values)):
+    for pose, total in enumerate(odometry.sums_along(forest, values)):
         below_root = way_up(forest, pose)[:-2]
         np.testing.assert_allclose(total, values[below_root].sum(axis=0), atol=1e-12)
 

@@ -40,6 +40,13 @@ def read(folder, text, **options):
     return read_file(put(folder, text), **options)
 
 
+def assert_refused(path, message, of=None, **options):
+    """Assert that reading is refused with the path, or that ``of`` another file, and a message."""
+    with pytest.raises(GraphFileError) as caught:
+        read_file(path, **options)
+    assert str(caught.value).startswith(f"{of or path}:{message}")
+
+
 def written_and_read(folder, record):
     path = folder / "again.g2o"
     g2o.write(path, record.graph, record.poses, record.names)
@@ -197,10 +204,7 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
     (PLANE.encode("utf-16"), "1: the bytes are not UTF-8 text; save"),
 )
 def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, wrong, message):
-    path = put(tmp_path, wrong)
-    with pytest.raises(GraphFileError) as caught:
-        read_file(path)
-    assert str(caught.value).startswith(f"{path}:{message}")
+    assert_refused(put(tmp_path, wrong), message)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -279,10 +283,9 @@ def test_names_that_would_not_come_back_are_refused(tmp_path, wrong, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
+def test_a_file_is_replaced_whole_or_not_at_all_and_has_the_permissions_of_any_new_file(tmp_path):
     _, graph = random_graph(3)
     path = put(tmp_path, "as it was")
-
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
     try:
@@ -295,11 +298,5 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
     g2o.write(path, graph)
     assert read_file(path).graph.n == graph.n
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path):
-    _, graph = random_graph(3)
-    ours, plain = tmp_path / "graph.g2o", tmp_path / "plain"
-    g2o.write(ours, graph)
-    plain.touch()
-    assert stat.S_IMODE(ours.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
+    (plain := tmp_path / "plain").touch()
+    assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)

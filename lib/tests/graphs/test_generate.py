@@ -52,9 +52,8 @@ def test_each_component_of_the_noise_is_independent_and_has_its_own_deviation(ma
 
 
 def test_the_scale_changes_the_noise_and_not_the_claim(make):
-    (full, truth), (half, _) = (
-        make(30, np.random.default_rng(6), noise=Noise(scale=scale)) for scale in (1.0, 0.5)
-    )
+    made = (make(30, np.random.default_rng(6), noise=Noise(scale=scale)) for scale in (1.0, 0.5))
+    (full, truth), (half, _) = made
     np.testing.assert_array_equal(full.information, half.information)
     expected = 0.5 * pose_graph.residuals(full, truth)
     np.testing.assert_allclose(pose_graph.residuals(half, truth), expected, atol=1e-12)
@@ -116,10 +115,8 @@ def test_neighbours_on_the_sphere_are_as_far_apart_as_their_angles_say(n, around
 
 
 def test_fewer_closures_are_drawn_from_them_all():
-    draws = [
-        sphere(50, np.random.default_rng(seed), around=8, closures=5)[0].edges[49:]
-        for seed in range(40)
-    ]
+    made = (sphere(50, np.random.default_rng(seed), around=8, closures=5) for seed in range(40))
+    draws = [graph.edges[49:] for graph, _ in made]
     assert all(len(np.unique(edges, axis=0)) == 5 for edges in draws)
     # One of the 42 is left out by all 40 draws of 5 with probability (37/42)^40 = 0.6 %.
     found = np.unique(np.concatenate(draws), axis=0)

@@ -66,26 +66,19 @@ def test_a_graph_keeps_its_own_copy_and_cannot_be_written_to():
 
 def test_the_residual_is_the_logarithm_of_what_is_left_over(group):
     poses, graph = random_graph(2, group)
-    for (i, j), z, r in zip(
-        graph.edges, graph.measurement, pose_graph.residuals(graph, poses), strict=True
-    ):
+    residuals = pose_graph.residuals(graph, poses)
+    for (i, j), z, r in zip(graph.edges, graph.measurement, residuals, strict=True):
         unseen = group.compose(group.inverse(z), group.inverse(poses[i]))
         left_over = group.compose(unseen, poses[j])
         np.testing.assert_allclose(r, group.log(left_over), atol=1e-12)
 
 
-def test_norms_are_whitened_by_the_information(group):
+def test_norms_are_whitened_and_the_cost_is_half_the_weighted_sum_of_their_squares(group):
     poses, graph = random_graph(5, group)
     r = pose_graph.residuals(graph, poses)
     whitened = [np.linalg.cholesky(o).T @ e for o, e in zip(graph.information, r, strict=True)]
-    np.testing.assert_allclose(
-        pose_graph.residual_norms(graph, poses), np.linalg.norm(whitened, axis=1), rtol=1e-12
-    )
-
-
-def test_the_cost_is_half_the_weighted_sum_of_squared_norms():
-    poses, graph = random_graph(6)
     u, w = pose_graph.residual_norms(graph, poses), np.linspace(0.0, 1.0, 9)
+    np.testing.assert_allclose(u, np.linalg.norm(whitened, axis=1), rtol=1e-12)
     assert pose_graph.cost(graph, poses) == pytest.approx(0.5 * np.sum(u**2), rel=1e-12)
     assert pose_graph.cost(graph, poses, w) == pytest.approx(0.5 * np.sum(w * u**2), rel=1e-12)
 
@@ -117,9 +110,8 @@ def test_selected_edges_are_a_graph_of_their_own(group):
     used = np.arange(9) != 7
     rest = select(graph, used)
     np.testing.assert_array_equal(rest.edges, graph.edges[used])
-    np.testing.assert_array_equal(
-        pose_graph.residual_norms(rest, poses), pose_graph.residual_norms(graph, poses)[used]
-    )
+    whole = pose_graph.residual_norms(graph, poses)
+    np.testing.assert_array_equal(pose_graph.residual_norms(rest, poses), whole[used])
     with pytest.raises(ValueError, match="is not joined to pose 0"):
         select(graph, np.arange(9) > 6)
 
@@ -134,7 +126,7 @@ def test_indices_in_place_of_a_mask_are_refused():
             choose(graph, [3, 4, 6, 7])
 
 
-def test_graphs_are_equal_where_all_numbers_are():
+def test_graphs_are_equal_where_all_numbers_are_and_odometry_is_found_as_in_a_file(tmp_path):
     _, graph = random_graph(0)
     again = PoseGraph(graph.n, graph.edges, graph.measurement, graph.information)
     same = replace(again, is_odometry=graph.is_odometry)
@@ -142,13 +134,10 @@ def test_graphs_are_equal_where_all_numbers_are():
     other = graph.information.copy()
     other[3, 0, 0] *= 2.0
     assert graph != replace(graph, information=other)
-
-
-def test_a_graph_of_arrays_alone_has_the_odometry_that_a_file_has(tmp_path):
-    graph, _ = manhattan(30, 0, closures=8)
-    alone = PoseGraph(graph.n, graph.edges, graph.measurement, graph.information[0])
+    town, _ = manhattan(30, 0, closures=8)
+    alone = PoseGraph(town.n, town.edges, town.measurement, town.information[0])
     rs.save(tmp_path / "town.g2o", alone)
-    assert alone == graph == rs.load(tmp_path / "town.g2o")
+    assert alone == town == rs.load(tmp_path / "town.g2o")
 
 
 def test_drives_become_one_graph_that_closures_join(group):

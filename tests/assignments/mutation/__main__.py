@@ -46,14 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def mutate(name: str, solutions: Path, judged: Path, *, seed: int, jobs: int) -> Report:
-    """Grade all mutants of an assignment, or of one exercise, with a progress bar.
+    """Grade all mutants of ``ASSIGNMENT``, or of ``ASSIGNMENT/EXERCISE``, with a progress bar.
 
-    Args:
-        name: ``ASSIGNMENT`` or ``ASSIGNMENT/EXERCISE``.
-        solutions: the instructor's source tree.
-        judged: folder of ``<assignment>/equivalents.toml``.
-        seed: of the hidden inputs.
-        jobs: how many mutants at once.
+    ``judged`` is the folder of ``<assignment>/equivalents.toml``.
 
     Raises:
         AutograderError: there is no such exercise, or the reference itself loses marks.

@@ -3,7 +3,7 @@
 Each page with code has a table beside this module. Its rows are grouped by the cell after which
 they are evaluated, and lead from what the text says, one or more numbers or a phrase, to an
 expression over the names that the page's cells have defined by then: one value for all numbers,
-one for each, or for a phrase whether it is true. ``names`` are further names that rows need, and
+one for each, or for a phrase whether it is true. ``names.x`` is a further name that rows need, and
 ``given`` lists numbers that are data, chosen or of other texts. Every other decimal, fraction and
 number of three digits needs a row.
 """
@@ -152,17 +152,15 @@ def main(wanted: list[str]) -> int:
     """Print the complaints about the pages whose names begin so; return 1 if there are any."""
     unknown = [each for each in wanted if not any(name.startswith(each) for name in TABLES)]
     if unknown:
-        print(
-            f"No page begins with {unknown}. The pages are {', '.join(TABLES)}.", file=sys.stderr
-        )
+        known = ", ".join(TABLES)
+        print(f"No page begins with {unknown}. The pages are {known}.", file=sys.stderr)
         return 2
     are_wrong = False
     for name in (name for name in TABLES if name.startswith(tuple(wanted) or "")):
         found = complaints(name, Chapter(name).text, computed(name))
         are_wrong |= bool(found)
-        print(
-            "\n".join(found) or "Every number is what the page computes.", f"({name})", flush=True
-        )
+        said = "\n".join(found) or "Every number is what the page computes."
+        print(said, f"({name})", flush=True)
     return int(are_wrong)
 
 

@@ -46,9 +46,8 @@ def arguments(assignment: str, name: str) -> list[Callable[..., Any]]:
     assert name in functions, f"{MODULES[assignment]}.{name} draws no exercise: delete it"
     if name.startswith("rho_"):
         kernel = name.removeprefix("rho_")
-        return [
-            functions[one] for one in (name, f"psi_{kernel}", f"w_{kernel}") if one in functions
-        ]
+        names = (name, f"psi_{kernel}", f"w_{kernel}")
+        return [functions[one] for one in names if one in functions]
     return [functions[name], functions["switched_cost"]] if name == "switch" else [functions[name]]
 
 

@@ -236,9 +236,8 @@ def test_a_larger_share_stands_out_more_and_every_number_is_legible(ax, page):
     sweeps.draw_shares(ax, [f"{step}" for step in steps], {"all": steps})
     (mesh,) = ax.collections
     mesh.update_scalarmappable()
-    hue, ground, ink = (
-        np.array(to_rgb(getattr(COLOURS[name], page))) for name in ("estimate", "ground", "ink")
-    )
+    colours = (getattr(COLOURS[name], page) for name in ("estimate", "ground", "ink"))
+    hue, ground, ink = (np.array(to_rgb(colour)) for colour in colours)
     opacity = mesh.get_facecolors()[:, 3:]
     cells = [luminance(colour) for colour in opacity * hue + (1 - opacity) * ground]
     assert np.all(np.diff(np.abs(np.array(cells) - luminance(ground))) > 0)

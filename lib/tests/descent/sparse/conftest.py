@@ -5,7 +5,7 @@ from robust_slam.descent.sparse import elimination, ldl, simplicial
 
 
 @pytest.fixture(params=[ldl.Solver, ldl.SuperLU], ids=["QDLDL", "SciPy"], autouse=True)
-def solver(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> type:
+def solver(request, monkeypatch):
     for module in (elimination, simplicial):
         monkeypatch.setattr(module, "Solver", request.param)
     return request.param

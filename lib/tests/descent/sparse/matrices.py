@@ -21,10 +21,6 @@ def edge_blocks(m, block, rng):
     return full.reshape(m, 2, block, 2, block).transpose(0, 1, 3, 2, 4)
 
 
-def summed(pattern, blocks):
-    return pattern.sum_edges(blocks)
-
-
 def dense(n, edges, blocks):
     """The sum of the edge blocks, (n·block, n·block)."""
     block = blocks.shape[-1]

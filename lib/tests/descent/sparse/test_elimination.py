@@ -62,9 +62,8 @@ def test_fronts_cover_all_columns_and_hold_what_is_filled_in(front, seed, n, mor
 
 @pytest.mark.parametrize("seed", range(3))
 def test_columns_of_a_front_are_in_the_order_of_their_first_use_as_rows(seed):
-    fronts = find_fronts(
-        find_elimination(300, random_edges(300, 60, np.random.default_rng(seed))), 6
-    )
+    edges = random_edges(300, 60, np.random.default_rng(seed))
+    fronts = find_fronts(find_elimination(300, edges), 6)
     assert len(fronts.rows) > 3
     use = np.full(300, len(fronts.rows))
     for number, rows in reversed(list(enumerate(fronts.rows))):
