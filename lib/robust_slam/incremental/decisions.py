@@ -15,23 +15,14 @@ import numpy as np
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.consistency.pairwise import pairwise_distances
-from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.descent.undamped import descend_undamped
-from robust_slam.graphs.pose_graph import (
-    PoseGraph,
-    jacobians,
-    residual_norms,
-    residuals,
-    rows_of,
-    select,
-)
-from robust_slam.incremental.window import Move, Window
+from robust_slam.descent.step import increases, retract
+from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, residuals, rows_of
+from robust_slam.incremental.window import Window, largest_angle
 
 _ROUNDS = 20
-_SMALL = 0.02
-"""A step that turns no pose by more (rad) is the last: the next would be about its square."""
 _LINEAR = 0.05
-"""A window holds while no pose has turned by more (rad) since its factorisation."""
+"""A window holds while no pose has turned by more (rad) since its factorisation, and a step that
+turns none by more is the last: the next would be about its square."""
 SIZE = 60
 """The largest number of poses in a window."""
 _NEAR = 30
@@ -40,10 +31,7 @@ _NEAR = 30
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A map: ``poses`` ``(n, …)``, the edges ``(m,)`` that are ``kept``, and all their ``norms``.
-
-    These are the residual norms ``(m,)`` at the poses.
-    """
+    """A map: ``poses`` ``(n, …)``, edges ``(m,)`` that are ``kept``, and residual ``norms``."""
 
     poses: Array
     kept: Mask
@@ -64,7 +52,7 @@ def compatible(
     """
     fresh = rows_of(graph, new)
     r, size, each = residuals(fresh, state.poses), graph.group.DOF, np.arange(int(new.sum()))
-    spread = _prediction(window, graph, state, fresh)
+    spread = window.predicted(graph, state.poses, state.kept, fresh)
     spread[each, :, each] += np.linalg.inv(fresh.information)
     taken = np.zeros(len(r), dtype=np.bool_)
     while not np.all(taken):
@@ -83,19 +71,6 @@ def compatible(
     return agrees
 
 
-def _prediction(window: Window, graph: PoseGraph, state: State, fresh: PoseGraph) -> Array:
-    """Return the covariance of what the map predicts for ``fresh`` edges, ``(k, D, k, D)``."""
-    ends = np.unique(fresh.edges)
-    covariance = window.covariance(graph, state.poses, state.kept, ends)
-    by = np.zeros((len(fresh.edges), graph.group.DOF, ends.size, graph.group.DOF))
-    k, at = np.arange(len(by)), np.searchsorted(ends, fresh.edges.T)
-    for one, jacobian in zip(at, jacobians(fresh, state.poses), strict=True):
-        by[k, :, one] += jacobian
-    flat = by.reshape(by.shape[0] * by.shape[1], -1)
-    spread = flat @ covariance.reshape(flat.shape[1], -1) @ flat.T
-    return np.asarray(spread.reshape(*by.shape[:2], *by.shape[:2]))
-
-
 def settled(
     window: Window | None, graph: PoseGraph, state: State, threshold: float
 ) -> tuple[Window | None, State]:
@@ -103,31 +78,27 @@ def settled(
 
     The kept edges move the map, then each closure is kept if its residual norm is at most the
     ``threshold``, in turns until no decision changes. The steps are those of the ``window`` as
-    long as it holds, and the one that holds at the end is returned too.
+    long as it holds, and it is returned too if it holds at the end. A step that would raise the
+    cost is shortened.
     """
-    turned = 0.0
+    since, share = 0.0, 1.0
     for _ in range(_ROUNDS):
-        if turned <= _LINEAR and (window is None or window.size(graph, state.kept) > 2 * SIZE):
+        if window is None or since > _LINEAR or window.size(graph, state.kept) > 2 * SIZE:
             window = Window(graph, state.poses, state.kept)
-        move = None if window is None else window.stepped(graph, state.poses, state.kept)
-        if move is None or move.since > _LINEAR:
-            window, move = None, _whole_step(graph, state)
-        norms = residual_norms(graph, move.poses)
-        before, turned = state.kept, move.turned
-        state = State(move.poses, graph.is_odometry | (norms <= threshold), norms)
-        if turned <= _SMALL and np.array_equal(before, state.kept):
+            poses = retract(graph, state.poses, share * window.mean)
+            turned = since = largest_angle(graph, window.mean)
+        else:
+            poses, turned, since = window.stepped(graph, state.poses, state.kept)
+        norms = residual_norms(graph, poses)
+        cost, before = (float(np.sum(u[state.kept] ** 2)) for u in (norms, state.norms))
+        if since > _LINEAR and increases(cost, before):
+            share *= 0.5
+            continue
+        last, share = state, 1.0
+        state = State(poses, graph.is_odometry | (norms <= threshold), norms)
+        if turned <= _LINEAR and np.array_equal(last.kept, state.kept):
             break
-    return window, state
-
-
-def _whole_step(graph: PoseGraph, state: State) -> Move:
-    """Return the move of a step that lowers the cost, over all poses at once."""
-    equations = NormalEquations(select(graph, state.kept))
-    ones = np.ones(len(equations.graph.edges))
-    poses = descend_undamped(equations, state.poses, ones, 0.0, 1).poses
-    moved = graph.group.log(graph.group.between(state.poses, poses))
-    turned = float(np.abs(moved[:, graph.group.DIMENSION :]).max())
-    return Move(poses, turned, turned)
+    return None if since > _LINEAR else window, state
 
 
 def agreeing(graph: PoseGraph, among: Mask, new: Mask, threshold: float) -> Mask:

@@ -2,9 +2,9 @@
 
 Odometry appends poses at no cost. A closure is kept if the map agrees with it, and whenever the
 map moves, all closures are decided about again. These decisions begin at the present map, so
-descents look further, which find the noise: from the present map when there are a quarter more
-closures, and from odometry when there are three times as many, or where rejected closures agree
-with each other. In a large map a robot must not wait for one, so each call does a piece of it.
+descents look further, which find the noise: from the present map when there are half as many
+closures more, and from odometry when there are three times as many, or where rejected closures
+agree with each other. In a large map a robot must not wait for one: each call does a piece of it.
 
 Source: Kaess et al. 2012, "iSAM2", and McGann et al. 2023, "riSAM", for the task; the decisions
 are derived here.
@@ -16,19 +16,28 @@ from copy import deepcopy
 from dataclasses import replace
 from itertools import islice
 from math import inf
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._deadline import Deadline
 from robust_slam._words import counted
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import dead_reckoning
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, residual_norms, rows_of
+from robust_slam.graphs.pose_graph import (
+    ROWS,
+    PoseGraph,
+    check_graph,
+    from_checked,
+    residual_norms,
+    rows_of,
+    unreached,
+)
+from robust_slam.groups.group import group_of
 from robust_slam.incremental.decisions import SIZE, State, agreeing, compatible, settled
-from robust_slam.incremental.edges import Growing, GrowingEdges, placed
+from robust_slam.incremental.edges import Table, checked, placed
 from robust_slam.incremental.window import Window
 from robust_slam.progress import stages
 from robust_slam.solver import Answer, solve
@@ -36,11 +45,8 @@ from robust_slam.solver.candidates import Candidate, Search, Steps, evidence_of,
 from robust_slam.solver.evidence import evidence, outlier_entropy
 from robust_slam.solver.noise import rescaled
 
-Scalar = TypeVar("Scalar", bound=np.generic)
-
-VERSION = 1
+VERSION = 2
 """That of a pickled map; it grows with each change of what a map holds."""
-
 _SEARCH = 3.0
 """It descends from odometry when there are so many times the closures of the last time …"""
 _REVIEW = 1.25
@@ -89,10 +95,17 @@ class GrowingMap:
     ) -> None:
         self._threshold = chi_square_threshold(probability, check_graph(graph).group.DOF)
         self._options = probability, find_noise
-        self._edges = GrowingEdges(graph)
-        self._poses = Growing(dead_reckoning(graph))
-        self._kept = Growing(graph.is_odometry)
-        self._norms: Array = np.zeros(0)
+        m = len(graph.edges)
+        self._edges = Table(
+            **{name: getattr(graph, name) for name in ROWS},
+            precise=graph.information,
+            number=np.arange(m),
+            kept=graph.is_odometry,
+            norms=np.full(m, np.nan),
+        )
+        self._poses = Table(poses=dead_reckoning(graph))
+        self._factors: Array = np.ones(4)
+        self._next = m
         self._window: Window | None = None
         self._asked = self._searched = self._reviewed = 0
         self._work: Steps[None] | None = None
@@ -101,22 +114,22 @@ class GrowingMap:
     @property
     def graph(self) -> PoseGraph:
         """All edges so far that were not removed, in the order of their arrival."""
-        return self._edges.graph
+        return self._graph("information")
 
     @property
     def poses(self) -> Array:
         """The poses ``(n, 3)`` or ``(n, 3, 4)`` with pose 0 the identity, read-only."""
-        return _still(self._poses.rows)
+        return self._poses["poses"]
 
     @property
     def kept(self) -> Mask:
         """A mask ``(m,)`` of the kept edges of ``graph``, odometry included, read-only."""
-        return _still(self._kept.rows)
+        return self._edges["kept"]
 
     @property
     def numbers(self) -> Indices:
         """The number ``(m,)`` of each edge of ``graph``, as ``add`` returned it, read-only."""
-        return _still(self._edges.number)
+        return self._edges["number"]
 
     def __repr__(self) -> str:
         kept = f"{int(self.kept.sum()):,} of {counted(self.kept.size, 'edge')} kept"
@@ -157,14 +170,22 @@ class GrowingMap:
         Raises:
             ValueError: as ``PoseGraph``, or no odometry leads to a new pose.
         """
-        n, rows = self._edges.checked(edges, measurement, information, is_odometry)
-        poses = placed(self._edges.group, self._poses.rows, n, rows)
-        numbers = self._edges.append(n, rows)
-        self._poses.append(poses)
-        self._kept.append(rows["is_odometry"])
-        if numbers.size > len(poses):
-            self._decide(numbers.size, bool(np.sum(rows["is_odometry"]) > len(poses)))
-        for _ in islice(self._work or (), max(1, _PIECE // len(self._edges.number))):
+        group = group_of(self.poses)
+        n, rows = checked(len(self.poses), group, edges, measurement, information, is_odometry)
+        poses, k = placed(group, self.poses, n, rows), len(rows["edges"])
+        numbers = np.arange(self._next, self._next + k)
+        self._next += k
+        self._poses.append(poses=poses)
+        self._edges.append(
+            **rows,
+            precise=rescaled(from_checked(n, rows), self._factors).information,
+            number=numbers,
+            kept=rows["is_odometry"],
+            norms=np.full(k, np.nan),
+        )
+        if k > len(poses):
+            self._decide(k, bool(np.sum(rows["is_odometry"]) > len(poses)))
+        for _ in islice(self._work or (), max(1, _PIECE // len(self.numbers))):
             pass
         return numbers
 
@@ -177,11 +198,23 @@ class GrowingMap:
             ValueError: there is no such edge, it was removed before, or it is odometry without
                 which some pose would not be reached.
         """
-        row = self._edges.row_of(edge)
-        kept = self._kept.rows[row]
+        graph, numbers = self.graph, self.numbers
+        row = int(np.searchsorted(numbers, edge))
+        if row == numbers.size or numbers[row] != edge:
+            raise ValueError(
+                f"edge {edge} was removed before; each edge can be removed once"
+                if 0 <= edge < self._next
+                else f"there is no edge {edge}; edges are 0 to {self._next - 1}, as add returned"
+            )
+        loose = unreached(graph, graph.is_odometry & (numbers != edge))
+        if loose.size:
+            i, j = graph.edges[row].tolist()
+            raise ValueError(
+                f"edge {edge} ({i}-{j}) is the odometry that leads to pose {loose[0]}; add "
+                "odometry in its place before it is removed"
+            )
+        kept, self._window, self._work = self.kept[row], None, None
         self._edges.remove(row)
-        self._kept = Growing(np.delete(self._kept.rows, row))
-        self._norms, self._window, self._work = np.delete(self._norms, row), None, None
         if kept:
             self._search()
 
@@ -192,46 +225,46 @@ class GrowingMap:
 
     @property
     def _closures(self) -> int:
-        return int(np.sum(~self.graph.is_odometry))
+        return int(np.sum(~self._edges["is_odometry"]))
+
+    def _graph(self, information: str) -> PoseGraph:
+        """Return the graph with the ``information`` as claimed, or ``precise`` with the noise."""
+        rows = {name: self._edges[name] for name in ROWS}
+        return from_checked(len(self.poses), rows | {"information": self._edges[information]})
 
     def _decide(self, count: int, moved: bool) -> None:
         """Decide about the last ``count`` edges; ``moved`` where odometry alone moves the map."""
-        graph, closures = self.graph, self._closures
+        closures = self._closures
         if closures >= max(1, _SEARCH * self._searched):
-            if len(graph.edges) <= _AT_ONCE:
+            if len(self.numbers) <= _AT_ONCE:
                 self._search()
                 return
             self._searched = closures
-            self._review(dead_reckoning(graph))
+            self._review(dead_reckoning(self.graph))
         elif closures >= max(1, _REVIEW * self._reviewed):
             self._review(self.poses)
-        precise = self._edges.precise
+        graph, window, c = self._graph("precise"), self._window, self._threshold
         new = ~graph.is_odometry
         new[:-count] = False
-        state, window, c = self._state(), self._window, self._threshold
-        if window is None or window.size(precise, state.kept | new) > SIZE:
-            window = Window(precise, state.poses, state.kept)
-        asked = ~state.kept & (new | (state.norms <= _REACH * c))
-        agrees = asked & (state.norms <= c)
+        norms = self._edges["norms"].copy()
+        later = np.isnan(norms)
+        norms[later] = residual_norms(rows_of(graph, later), self.poses)
+        state = State(self.poses, self.kept, norms)
+        asked = ~state.kept & (new | (norms <= _REACH * c))
+        agrees = asked & (norms <= c)
         if np.any(asked & ~agrees):
-            agrees = compatible(window, precise, state, asked, c)
+            if window is None or window.size(graph, state.kept | new) > SIZE:
+                window = Window(graph, state.poses, state.kept)
+            agrees = compatible(window, graph, state, asked, c)
         if np.any(agrees) or moved:
             state = replace(state, kept=state.kept | agrees)
-            window, state = settled(window, precise, state, c)
+            window, state = settled(window, graph, state, c)
         self._take(state, window)
         far = ~state.kept & (state.norms > _REACH * c)
         if np.any(new & far):
-            agreed = agreeing(precise, far, new & far, c)
-            if np.sum(agreed & (self._edges.number >= self._asked)) >= _GROUP:
-                self._review(dead_reckoning(graph))
-
-    def _state(self) -> State:
-        """Return the present map, with the residual norms of edges that came since."""
-        precise, poses = self._edges.precise, self._poses.rows
-        later = np.arange(len(precise.edges)) >= len(self._norms)
-        norms = residual_norms(rows_of(precise, later), poses)
-        self._norms = np.concatenate([self._norms, norms])
-        return State(poses, self._kept.rows, self._norms)
+            agreed = agreeing(graph, far, new & far, c)
+            if np.sum(agreed & (self.numbers >= self._asked)) >= _GROUP:
+                self._review(dead_reckoning(self.graph))
 
     def _search(self) -> None:
         """Take the map of the whole search."""
@@ -242,7 +275,7 @@ class GrowingMap:
         """Begin a descent from ``x0`` ``(n, …)``, or do it at once, unless one is under way."""
         if self._work is None:
             self._work = self._reviewing(x0)
-            if len(self._edges.number) <= _AT_ONCE:
+            if len(self.numbers) <= _AT_ONCE:
                 finished(self._work)
 
     def _reviewing(self, x0: Array) -> Steps[None]:
@@ -261,39 +294,24 @@ class GrowingMap:
 
         Poses that came later keep their place beside its last one, and edges their decisions.
         """
-        group, n, m = self._edges.group, len(best.poses), best.kept.size
-        self._edges.rescale(best.tested)
-        poses, kept = self._poses.rows.copy(), self._kept.rows.copy()
-        moved = group.compose(best.poses[n - 1], group.inverse(poses[n - 1]))
-        poses[:n], poses[n:], kept[:m] = best.poses, group.compose(moved, poses[n:]), best.kept
-        norms = residual_norms(self._edges.precise, poses)
-        self._take(State(poses, kept, norms), None)
+        self._factors = best.tested
+        self._edges.put(precise=rescaled(self.graph, best.tested).information)
+        graph, n, m = self._graph("precise"), len(best.poses), best.kept.size
+        moved = graph.group.compose(best.poses[-1], graph.group.inverse(self.poses[n - 1]))
+        poses = np.concatenate([best.poses, graph.group.compose(moved, self.poses[n:])])
+        kept = np.concatenate([best.kept, self.kept[m:]])
+        self._take(State(poses, kept, residual_norms(graph, poses)), None)
 
     def _started(self, x0: Array) -> Search:
         """Return the search of ``solve`` from ``x0`` ``(n, …)``."""
-        graph = self.graph
-        self._asked, self._reviewed = int(self._edges.number[-1]) + 1, self._closures
+        graph, odometry = self.graph, self._edges["is_odometry"]
+        self._asked, self._reviewed = int(self.numbers[-1]) + 1, self._closures
+        c, learns, never = self._threshold, self._options[1], Deadline.after(inf)
+        entropy, slips = outlier_entropy(graph), np.zeros_like(odometry)
         with stages(False) as tell:
-            return Search(
-                graph=graph,
-                x0=x0,
-                given=graph.is_odometry,
-                trusted=graph.is_odometry,
-                threshold=self._threshold,
-                learns=self._options[1],
-                tell=tell,
-                deadline=Deadline.after(inf),
-                entropy=outlier_entropy(graph),
-                slips=np.zeros(len(graph.edges), dtype=np.bool_),
-            )
+            return Search(graph, x0, odometry, odometry, c, learns, tell, never, entropy, slips)
 
     def _take(self, state: State, window: Window | None) -> None:
-        self._poses, self._kept = Growing(state.poses), Growing(state.kept)
-        self._norms, self._window = state.norms, window
-
-
-def _still(rows: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Return a read-only view."""
-    view = rows.view()
-    view.flags.writeable = False
-    return view
+        self._poses.put(poses=state.poses)
+        self._edges.put(kept=state.kept, norms=state.norms)
+        self._window = window

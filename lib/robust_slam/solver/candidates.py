@@ -227,9 +227,9 @@ class Search:
         return Sparing(loosened(graph, self.slips), self.x0, self.trusted, steps=1)
 
     def reviewing(self) -> Steps[Candidate]:
-        """Find ``first`` where the odometry joins all, in steps of a linear solve or so."""
+        """Descend as ``first`` does, but not as long, in steps of a linear solve or so."""
         problem, kernel = self.problem(self.graph), kernels.dcs(self.threshold)
-        poses, _ = yield from _descending(problem, kernel, self.x0, _STEPS, self.deadline)
+        poses, _ = yield from _descending(problem, kernel, self.x0, 2 * _ROUND, self.deadline)
         return (yield from self.settling("DCS", poses, np.ones(4)))
 
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
