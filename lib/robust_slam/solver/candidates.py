@@ -355,11 +355,13 @@ def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -
     x0 = min((problem.guess, *_trimmed(consistent)), key=truncated)
     fewer = Sparing(consistent, x0, problem.trusted[used], steps=1)
     poses = gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=deadline.left).x
-    return _readmitted(problem, poses, c, deadline.left)
+    return readmitted(problem, poses, c, deadline.left)
 
 
-def _readmitted(problem: PoseGraphProblem, poses: Array, c: float, seconds: float) -> Array:
-    """Return the poses that GNC reaches from ``poses`` over all closures near them.
+def readmitted(
+    problem: PoseGraphProblem, poses: Array, c: float, seconds: float = np.inf
+) -> Array:
+    """Return the poses that GNC reaches from ``poses`` ``(n, …)`` over all closures near them.
 
     Inliers that were rejected pull on the map only when they return, so at first closures
     count up to ``_REACH`` thresholds.
