@@ -10,12 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.sparse.pattern import (
-    BlockPattern,
-    PoseFactors,
-    find_pattern,
-    sum_by_pose,
-)
+from robust_slam.descent.sparse.pattern import BlockPattern, PoseFactors, find_pattern, sum_by_pose
 from robust_slam.descent.step import Linearisation, Residuals, retract
 from robust_slam.errors import singular
 from robust_slam.graphs import pose_graph
@@ -74,10 +69,10 @@ class NormalEquations:
         used = weights > 0.0
         if used.sum() > FULL_SHARE * used.size:
             return self, weights
-        if self._restricted is None or not _covers(self._restricted[0], used):
-            smaller = NormalEquations(pose_graph.select(self.graph, used))
-            self._restricted = used, smaller
-        mask, smaller = self._restricted
+        held = self._restricted
+        if held is None or np.any(used & ~held[0]) or used.sum() <= FULL_SHARE * held[0].sum():
+            held = self._restricted = used, NormalEquations(pose_graph.select(self.graph, used))
+        mask, smaller = held
         return smaller, weights[mask]
 
     def step(self, linearisation: Linearisation) -> Array:
@@ -142,11 +137,6 @@ class NormalEquations:
         np.matmul(transposed[1], gradients[1], out=gradients[0])
         gradient = sum_by_pose(self.graph.n, self.graph.edges, gradients[..., 0])
         return self.pattern.sum(pieces), gradient
-
-
-def _covers(mask: Mask, used: Mask) -> bool:
-    """Tell whether ``mask`` contains all ``used`` edges and few others."""
-    return not np.any(used & ~mask) and bool(used.sum() > FULL_SHARE * mask.sum())
 
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:

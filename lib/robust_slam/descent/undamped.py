@@ -75,8 +75,12 @@ def descend_undamped(
         if is_small(step, current.poses, tol):
             last = equations.moved(current, step)
             return Descent(last.poses, last.cost, size, converged=True)
-        trial = _backtrack(equations, current, step)
-        if trial is current:
+        # The longest of step, step/2, step/4, … that does not increase the cost is taken.
+        for halvings in range(_HALVINGS):
+            trial = equations.moved(current, step * 0.5**halvings)
+            if not increases(trial.cost, current.cost):
+                break
+        else:
             there = _hidden_by_rounding(equations, current, step)
             return Descent(current.poses, current.cost, size, converged=there)
         current = trial
@@ -95,12 +99,3 @@ def _hidden_by_rounding(equations: NormalEquations, current: Linearisation, step
     total = np.sum(current.weights * trace)
     change = abs(equations.moved(current, step).cost - current.cost)
     return bool(change <= np.sqrt(2.0 * current.cost * total) * off)
-
-
-def _backtrack(equations: NormalEquations, current: Linearisation, step: Array) -> Linearisation:
-    """Take the longest of step, step/2, step/4, … that does not increase the cost."""
-    for halvings in range(_HALVINGS):
-        trial = equations.moved(current, step * 0.5**halvings)
-        if not increases(trial.cost, current.cost):
-            return trial
-    return current
