@@ -203,11 +203,10 @@ class Search:
         if one.evidence <= 0.0 or 2 * kept <= self._count or one.near > _SOME * kept:
             return False
         claimed = bool(np.all(np.abs(np.log(one.found)) < np.log(_AS_CLAIMED)))
-        return one.misfits == 0 and (kept >= _MANY or (claimed and not self._lost(one)))
-
-    def _lost(self, one: Candidate) -> bool:
-        """Tell whether odometry with the noise of a map has lost its rotation at some pose."""
-        return accumulated_rotation(rescaled(self.graph, one.found), self.trusted) > _LOST
+        if one.misfits > 0 or kept >= _MANY:
+            return one.misfits == 0
+        own = rescaled(self.graph, one.found)
+        return claimed and accumulated_rotation(own, self.trusted) <= _LOST
 
     def _tried(self, name: str, scale: Array) -> Iterator[Candidate]:
         """Yield ``_settled``, or nothing where no time is left or the map is not determined."""
@@ -335,10 +334,6 @@ def _reweighted(
     ).x
 
 
-def _graduated(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
-    return gnc(problem, c, "tls", problem.guess, tol=TOL, max_seconds=seconds).x
-
-
 def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
     """Descend by GNC over what PCM keeps, from odometry or from a chordal map of it.
 
@@ -396,7 +391,9 @@ def _trimmed(graph: PoseGraph) -> Iterator[Array]:
 _DESCENTS: dict[str, Callable[[PoseGraphProblem, float, float], Array]] = {
     "DCS": partial(_reweighted, kernels.dcs),
     "GM": partial(_reweighted, kernels.geman_mcclure),
-    "GNC": _graduated,
+    "GNC": lambda problem, c, seconds: (
+        gnc(problem, c, "tls", problem.guess, tol=TOL, max_seconds=seconds).x
+    ),
     "PCM, GNC": _graduated_consistent,
 }
 """From odometry, with the threshold and the seconds that are left."""
