@@ -8,10 +8,11 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent.sparse.pattern import BlockPattern, PoseFactors, find_pattern, sum_by_pose
-from robust_slam.descent.step import Linearisation, Residuals, retract
+from robust_slam.descent.step import Linearisation, Residuals, check_limits, retract
 from robust_slam.errors import singular
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -137,6 +138,18 @@ class NormalEquations:
         np.matmul(transposed[1], gradients[1], out=gradients[0])
         gradient = sum_by_pose(self.graph.n, self.graph.edges, gradients[..., 0])
         return self.pattern.sum(pieces), gradient
+
+
+def checked_start(
+    graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None, tol: float, max_iterations: int
+) -> tuple[NormalEquations, Array, Array]:
+    """Return the equations of ``graph``, the ``poses`` ``(n, …)`` and the ``weights`` ``(m,)``.
+
+    All arguments are checked, with the errors of ``gauss_newton``.
+    """
+    check_limits(tol, max_iterations)
+    start = pose_graph.check_poses("poses", poses, graph)
+    return NormalEquations(graph), start, pose_graph.check_weights(weights, graph)
 
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:
