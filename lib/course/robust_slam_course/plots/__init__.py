@@ -1,8 +1,9 @@
 """Drawing functions of the course: axes in, axes out, no figure and no state of their own.
 
 u is a whitened residual, without unit, and χ² its square; readings and estimates share one unit.
-Colour is never the only sign: what must be told apart differs in line or marker too. An array of
-another shape than the others ask for, or with a number that is not finite, is a ``ValueError``.
+Colour is never the only sign: what must be told apart differs in line or marker too. Where a
+function's arrays do not fit each other, or a number that it needs is not finite, it raises
+``ValueError``.
 """
 
 import numpy as np
