@@ -49,6 +49,10 @@ def _seen(group: Group, a: Array, b: Array) -> Array:
     return times(np.swapaxes(group.rotation(a), 1, 2), apart)
 
 
+def _point(group: Group, a: Array, b: Array, z: Array) -> Array:
+    return _seen(group, a, b) - z
+
+
 def _point_jacobians(group: Group, a: Array, b: Array, z: Array) -> Jacobians:
     d, seen = group.DIMENSION, _seen(group, a, b)
     # Ad of a translation p is [[I, [p]], [0, I]], and a turn φ of the frame moves p by [p] φ.
@@ -78,7 +82,7 @@ def _range_jacobians(group: Group, a: Array, b: Array, z: Array) -> Jacobians:
 
 RELATIVE = Model(_relative, _relative_jacobians)
 """A pose in the frame of another, with the full logarithm; from the frame of the map, a prior."""
-POINT = Model(lambda group, a, b, z: _seen(group, a, b) - z, _point_jacobians)
+POINT = Model(_point, _point_jacobians)
 """A position in the frame of a pose, less the measured one; from the frame of the map, GPS."""
 RANGE = Model(_range, _range_jacobians)
 """A distance, less the measured one."""
