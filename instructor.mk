@@ -106,7 +106,7 @@ mutants: setup-dev ## plant faults in the page's solvers, grader and solutions: 
 soak: ## the long tests: every sandbox, long fuzzing, mutants, a published book, plain nbgrader
 	@echo 'make soak runs the long tests, for hours.'
 	@$(call install,soak)
-	$(BIN)/python -m tests.assignments.seeds
+	$(PYTEST) -q --depth soak -n logical tests/assignments/test_seeds.py
 	$(PYTEST) -q --depth soak autograder/tests tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_doors.py tests/test_readme.py tests/runtime \
 		tests/students_page tests/operate_page tests/book tests/course/test_breaking.py tests/grader

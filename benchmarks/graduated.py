@@ -54,12 +54,8 @@ class World:
     reference: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """The poses of a run, and the edges ``(m,)`` that it kept."""
-
-    poses: Array
-    kept: Mask
+Found = tuple[Array, Mask]
+"""The poses of a run, and the edges ``(m,)`` that it kept."""
 
 
 def spoiled(name: str, percent: int) -> World:
@@ -87,7 +83,7 @@ def our_gnc(world: World) -> Side:
         problem = PoseGraphProblem(world.graph, world.guess, steps=STEPS)
         return gnc(problem, world.c, x0=problem.guess, adaptive=True, tol=TOL)
 
-    return Side(OURS, run, lambda result: Found(result.x, result.weights > 0.5))
+    return Side(OURS, run, lambda result: (result.x, result.weights > 0.5))
 
 
 def gtsam_gnc(world: World) -> Side:
@@ -112,15 +108,15 @@ def gtsam_gnc(world: World) -> Side:
         if not np.allclose(optimiser.getInlierCostThresholds(), 0.5 * world.c**2):
             raise RuntimeError("GTSAM's thresholds are not c²/2")
         kept = np.asarray(optimiser.getWeights())[:prior] > 0.5
-        return Found(gtsam_graph.poses_from_gtsam(last, world.graph), kept)
+        return gtsam_graph.poses_from_gtsam(last, world.graph), kept
 
     return Side("GTSAM's GNC", run, read)
 
 
 def _score(world: World, found: Found) -> str:
-    closures = ~world.graph.is_odometry
-    precision, recall = precision_recall(found.kept[closures], ~world.is_outlier[closures])
-    error = ate(found.poses, world.reference)
+    (poses, kept), closures = found, ~world.graph.is_odometry
+    precision, recall = precision_recall(kept[closures], ~world.is_outlier[closures])
+    error = ate(poses, world.reference)
     return f"precision {precision:.4f}, recall {recall:.4f}, ATE {error:.3f} m"
 
 

@@ -8,10 +8,10 @@ chordal start, the pattern known; the set-up, which finds it, and that start sta
     python -m benchmarks.growth --out chapters/data/growth.csv
 """
 
-import argparse
 import multiprocessing
 import os
 import time
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
@@ -111,9 +111,7 @@ def _number(value: float) -> str:
 
 def main() -> None:
     """Measure every size, and write the table if asked to."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, help="write the table to this file")
     wanted = parser.parse_args()
     sizes = []

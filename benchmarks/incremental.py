@@ -9,9 +9,9 @@ iSAM2 factorises by QR, because with its default Cholesky it stops at pose 695.
     python -m benchmarks.incremental --every 250
 """
 
-import argparse
 import os
 import time
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Iterator
 
 # It is read when numpy is first imported.
@@ -113,9 +113,7 @@ def compared(growing: GrowingMap, pose: int, is_outlier: Mask) -> str:
 
 def main() -> None:
     """Measure both sides and print parameters, times and ratios."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument(
         "--every", type=int, default=0, help="compare with rs.solve at every so many poses, too"
     )

@@ -12,9 +12,9 @@ of `answer.precise`. Outliers that it keeps are counted and left in. Of a map wh
     python -m benchmarks.nees --runs 1000 --seed 1000
 """
 
-import argparse
 import os
 import time
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from dataclasses import dataclass
 from functools import partial
 
@@ -34,10 +34,7 @@ RUNS, SEED = 200, 0
 POSES, CLOSURES = 60, 15
 INSIDE = 0.95
 """The probability of the band, and of the ellipsoid of a pose."""
-WORLDS = {
-    "town": partial(manhattan, POSES, closures=CLOSURES),
-    "sphere": partial(sphere, POSES),
-}
+WORLDS = {"town": partial(manhattan, POSES, closures=CLOSURES), "sphere": partial(sphere, POSES)}
 """What draws a graph of inliers and its true poses: a walk in a town, a way around a sphere."""
 
 
@@ -141,9 +138,7 @@ def line(row: Row) -> str:
 
 def main() -> None:
     """Measure every setting and print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=RUNS, help="worlds a row (%(default)s)")
     parser.add_argument("--seed", type=int, default=SEED, help="the first seed (%(default)s)")
     wanted = parser.parse_args()

@@ -15,11 +15,11 @@ to 1e-8.
     python -m benchmarks.speed --only gn/intel
 """
 
-import argparse
 import gc
 import os
 import sys
 import time
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -182,9 +182,7 @@ FIGURES: dict[str, Callable[[], str]] = {
 
 def show(figures: Mapping[str, Callable[[], str]], about: str | None) -> int:
     """Print the figures that the command line asks for; return 1 where one could not be had."""
-    parser = argparse.ArgumentParser(
-        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=about, formatter_class=RawDescriptionHelpFormatter)
     known = sorted({*figures, *(name.partition("/")[0] for name in figures)})
     parser.add_argument("--only", nargs="+", default=known, choices=known, metavar="NAME")
     only = parser.parse_args().only

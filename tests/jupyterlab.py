@@ -128,13 +128,6 @@ class Notebook:
             self.page.keyboard.press("Control+s")
         return self.read()
 
-    def type_in(self, texts: Mapping[str, str]) -> None:
-        """Replace the text of solution cells."""
-        for number, cell in enumerate(self.read()):
-            text = texts.get(cell["metadata"].get("nbgrader", {}).get("grade_id", ""))
-            if text is not None:
-                write(self.cells.nth(number), text)
-
     def run_all(self) -> list[dict[str, Any]]:
         """Run each cell with Shift and Enter, also past errors; gives the cells.
 

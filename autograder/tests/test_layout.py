@@ -12,17 +12,6 @@ from . import toy
 ROSTER = "Student,ID,SIS Login ID,Section\nAda,1,ada,A\n"
 
 
-def commands() -> dict[str, list[str]]:
-    """The commands that read or write results, by name."""
-    return {
-        "grade": ["grade", f"submitted/ada/{toy.NAME}", *toy.quickly()],
-        "regrade": ["regrade", toy.NAME, "--submitted", "submitted", *toy.quickly()],
-        "feedback": ["feedback"],
-        "report": ["report"],
-        "export": ["export", "--format", "canvas", "--roster", "roster.csv"],
-    }
-
-
 @pytest.fixture
 def course(tmp_path):
     """A course with results where they were kept before."""
@@ -36,12 +25,19 @@ def test_every_command_names_the_move_and_goes_on_after_it(course, autograder, m
     toy.make_tree(course)
     toy.hand_in(course / "submitted", "ada", toy.answer())
     (course / "roster.csv").write_text(ROSTER)
-    assert autograder(*commands()["grade"], "--out", "build/graded", "--seed", 5)[0] == 0
+    grade = ("grade", f"submitted/ada/{toy.NAME}", *toy.quickly())
+    assert autograder(*grade, "--out", "build/graded", "--seed", 5)[0] == 0
     marks = (course / "build" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes()
     told = set()
-    for name, command in commands().items():
+    for command in (
+        grade,
+        ("regrade", toy.NAME, "--submitted", "submitted", *toy.quickly()),
+        ("feedback",),
+        ("report",),
+        ("export", "--format", "canvas", "--roster", "roster.csv"),
+    ):
         status, _, said = autograder(*command)
-        assert status == 2, name
+        assert status == 2, command
         told.add(said)
     assert not (course / "class").exists()
     (text,) = told
@@ -49,7 +45,7 @@ def test_every_command_names_the_move_and_goes_on_after_it(course, autograder, m
     assert move == "mkdir -p class && mv build/graded build/submitted build/autograded class/"
     subprocess.run(["sh", "-ec", move], cwd=course, check=True)
     assert (course / "class" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes() == marks
-    assert autograder(*commands()["grade"]).worked("1 of them unchanged and reused")
+    assert autograder(*grade).worked("1 of them unchanged and reused")
     layout.refuse_unmoved(layout.GRADED, course)
 
 

@@ -8,7 +8,7 @@ there. The methods that each row is compared with are always run.
     python -m benchmarks.sweep --jobs 2
 """
 
-import argparse
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
@@ -51,9 +51,7 @@ def sweep(path: Path, runs: Iterable[journal.Run], total: int) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Do what is left, and write the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument("--journal", type=Path, default=JOURNAL)
     parser.add_argument("--table", type=Path, default=TABLE)

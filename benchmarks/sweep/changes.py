@@ -25,10 +25,7 @@ TURNED, SHIFTED = (0.35, 1.05), (1.0, 3.0)
 NOISY, WIDER = 0.1, 5.0
 """This share of the odometry has deviations so many times as large as claimed."""
 ODOMETRY = ("slips", "noisy steps")
-CHANGES = {
-    "C": tuple(f"{kind} {factor}" for kind in CLAIMS for factor in FACTORS),
-    "D": ODOMETRY,
-}
+CHANGES = {"C": tuple(f"{kind} {factor}" for kind in CLAIMS for factor in FACTORS), "D": ODOMETRY}
 """The changes of the tiers that have some."""
 
 

@@ -210,10 +210,6 @@ def make(world: World) -> Made:
     return Made(graph, is_outlier, reference, honest, world.graph in GENERATED)
 
 
-def _plan(world: World) -> Plan:
-    return {"E": FEW, "F": LARGE}.get(world.tier, PLANS)[world.graph]
-
-
 def _contest(world: World) -> Made:
     rng = np.random.default_rng([world.seed, _OWN])
     if world.tier != "I":
@@ -223,7 +219,7 @@ def _contest(world: World) -> Made:
 
 
 def _without_outliers(world: World, rng: np.random.Generator) -> tuple[PoseGraph, Array]:
-    plan = _plan(world)
+    plan = {"E": FEW, "F": LARGE}.get(world.tier, PLANS)[world.graph]
     if plan.poses is not None:
         make_graph = GENERATORS[world.graph]
         return make_graph(plan.poses, rng, closures=plan.closures, noise=plan.noise)

@@ -13,8 +13,8 @@ Where the library's solver and the correct edges alone have not been run in thes
 run as well, because every map is compared with theirs.
 """
 
-import argparse
 import csv
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -112,9 +112,7 @@ def _seconds(path: Path) -> dict[str, float]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write worlds, or score maps of them."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("write", "score"))
     parser.add_argument("folder", type=Path)
     parser.add_argument("--tiers", nargs="+", choices=TIERS, default=["A"])

@@ -68,7 +68,8 @@ def text(runs: Iterable[Run], before: Iterable[Row] = ()) -> str:
     Lines ``# name: JSON`` ahead of it say how it was made. ``before`` are rows of a table of the
     same version.
     """
-    groups = _grouped((run for run in runs if run.world.tier == "A"), _place)
+    of_tier_a = (run for run in runs if run.world.tier == "A")
+    groups = _grouped(of_tier_a, lambda run: (*map(str, run.world[:3]), run.method))
     rows = {place: [*place, *_values(own)] for place, own in groups.items()}
     return _table(_header("A"), COLUMNS, rows, before, _order)
 
@@ -148,10 +149,6 @@ def _table(
     writer.writerow(columns)
     writer.writerows(table[place] for place in sorted(table, key=order))
     return out.getvalue()
-
-
-def _place(run: Run) -> Place:
-    return run.world.graph, run.world.kind, str(run.world.percent), run.method
 
 
 def _part(world: World) -> str:

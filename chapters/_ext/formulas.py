@@ -75,9 +75,7 @@ def visit(self: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-def finish(
-    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
-) -> None:
+def finish(app: Sphinx, page: str, template: str, context: dict[str, Any], *_: object) -> None:
     """Read the formulas in the HTML of cells; keep punctuation in the line of its formula."""
     if "body" in context:
         context["body"] = BESIDE.sub(

@@ -12,7 +12,6 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
-from docutils import nodes
 from fontTools.ttLib import TTFont
 from robust_slam_course.style import site_colours
 from sphinx.application import Sphinx
@@ -60,9 +59,7 @@ CODE = re.compile(r"\\([ef][0-9a-f]{3})\b|([\ue000-\uf8ff])")
 ICON_FONT = re.compile(r"url\([^)]*/(fa-[\w-]+\.woff2)\)[^;}]*")
 
 
-def link(
-    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
-) -> None:
+def link(app: Sphinx, page: str, template: str, context: dict[str, Any], *_: object) -> None:
     """Leave out of a page what is joined, and what it has already; other files stay."""
     joined = [f"_static/{name}" for name in (*SHEETS, *SCRIPTS, *UNUSED)]
     for kind in ("css_files", "script_files"):

@@ -51,9 +51,7 @@ def keep_together(app: Sphinx, doctree: nodes.document, page: str) -> None:
             text.parent.replace(text, nodes.Text(kept))
 
 
-def rewrite(
-    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
-) -> None:
+def rewrite(app: Sphinx, page: str, template: str, context: dict[str, Any], *_: object) -> None:
     """Rewrite the tables, citations, bibliography and folded code of a page."""
     if "body" in context:
         body = re.sub(r"<table.*?</table>", _table, context["body"], flags=re.S)

@@ -20,17 +20,14 @@ from sphinx.util.docutils import SphinxRole
 
 from . import TEMPLATES
 
-PACE = (100, 100, 100, 100, 100, 60, 60, 40, 60, 60)
-"""Words a minute by chapter, for a student to whom the subject is new: slower where a chapter
-builds on all before it, and slowest among proofs. Readers' own times set them."""
-PICTURE, QUESTION, STEP = 5, 1, 10
-"""Minutes for a live picture and for a question, and to how many the sum is rounded."""
+PACE, SHOWN, EXERCISE, PICTURE, STEP = 100, 1, 3, 5, 10
+"""Words a minute, for a student to whom the subject is new. Minutes for what is shown (a formula,
+a cell's code, a question), for an exercise and for a live picture, and for what is rounded to."""
 CHAPTER = re.compile(r"(\d\d)-")
 TITLE = re.compile(r"<h1>.*?</h1>", re.DOTALL)
 PART = re.compile(r'(<p [^>]*class="caption".*?</p>)\s*(<ul class=".*?</ul>)', re.DOTALL)
 GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
 SIZE = 100.0
-NOT_FOUND = "404"
 
 
 def add(
@@ -39,13 +36,12 @@ def add(
     """Add the maps and the line at the head of a chapter, and the questions of its neighbours."""
     if listed := context.get("generate_toctree_html"):
         context["generate_toctree_html"] = lambda **how: in_parts(str(listed(**how)))
-    if page == NOT_FOUND:
+    if page == "404":
         context["map"] = drawn(0.0)
     for way in filter(None, (context.get("prev"), context.get("next"))):
         name = PurePosixPath(way["link"]).stem
         if question := questions(app).get(name):
-            own = CHAPTER.match(name)
-            sign = sign_of(app, int(own[1])) if own else ""
+            sign = sign_of(app, int(own[1])) if (own := CHAPTER.match(name)) else ""
             way["title"] += f' <span class="rs-question">{sign}{question}</span>'
     number = CHAPTER.match(PurePosixPath(page).name)
     if doctree is None or number is None:
@@ -68,15 +64,16 @@ def in_parts(html: str) -> str:
 
 
 def minutes(app: Sphinx, page: str) -> int:
-    """Return how long a chapter's paragraphs, live pictures and questions take a newcomer."""
-    doctree, number = app.env.get_doctree(page), int(PurePosixPath(page).name[:2])
-    pace = PACE[min(number, len(PACE) - 1)]
-    words = sum(len(part.astext().split()) for part in doctree.findall(nodes.paragraph))
-    raw = [part.astext() for part in doctree.findall(nodes.raw)]
-    shown = sum(
-        PICTURE * ("rs-picture" in html) + QUESTION * html.count("<legend>") for html in raw
-    )
-    return STEP * round((words / pace + shown) / STEP)
+    """Return how long a chapter, without its assignment, takes a newcomer."""
+    every = app.env.get_doctree(page).findall
+    words = sum(len(part.astext().split()) for part in every(nodes.paragraph))
+    html = [part.astext() for part in every(nodes.raw)]
+    shown = sum(part.count("<legend>") for part in html) + len([*every(nodes.math_block)])
+    for part in every(nodes.container):
+        shown += "cell_input" in part["classes"] and "tag_hide-input" not in part.parent["classes"]
+    exercises = sum(bool(re.fullmatch(r"\d+\.", bold.astext())) for bold in every(nodes.strong))
+    longer = EXERCISE * exercises + PICTURE * sum("rs-picture" in part for part in html)
+    return STEP * round((words / PACE + SHOWN * shown + longer) / STEP)
 
 
 class Minutes(SphinxRole):

@@ -281,14 +281,8 @@ def reasons(answer: Answer) -> list[str]:
 def noise_told(answer: Answer) -> list[str]:
     """Return a sentence about deviations that are claimed too small or too large."""
     low, high = AS_CLAIMED
-    found = [
-        words
-        for is_so, words in (
-            (answer.noise.max() > high, "too small"),
-            (answer.noise.min() < low, "too large"),
-        )
-        if is_so
-    ]
+    found = ["too small"] * bool(answer.noise.max() > high)
+    found += ["too large"] * bool(answer.noise.min() < low)
     if not found:
         return []
     return [

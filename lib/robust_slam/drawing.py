@@ -56,16 +56,8 @@ _TRUE_REJECTED = Look(
 )
 _WRONG_KEPT = replace(WRONG, label="wrong, kept", zorder=3.2, middle="X")
 _WRONG_REJECTED = replace(_REJECTED, label="wrong, rejected")
-_KINDS = (PATH, CLOSURE, WRONG)
-_DECISIONS = (
-    _ODOMETRY,
-    _KEPT,
-    _REJECTED,
-    _TRUE_KEPT,
-    _TRUE_REJECTED,
-    _WRONG_KEPT,
-    _WRONG_REJECTED,
-)
+_LOOKS = (PATH, CLOSURE, WRONG, _ODOMETRY, _KEPT, _REJECTED)
+_JUDGED = (_TRUE_KEPT, _TRUE_REJECTED, _WRONG_KEPT, _WRONG_REJECTED)
 
 
 def draw_map(
@@ -99,7 +91,7 @@ def draw_map(
     ax = plt.subplots()[1] if ax is None else ax
     if true_xy is not None:
         ax.plot(*true_xy.T, **_TRUTH.style(), label=None if kept is None else _TRUTH.label)
-    for look in (look for look in _KINDS + _DECISIONS if look in looks):
+    for look in (look for look in _LOOKS + _JUDGED if look in looks):
         chosen = np.array([own is look for own in looks], dtype=bool)
         label = None if kept is None else f"{look.label} ({np.count_nonzero(chosen)})"
         _draw_edges(ax, xy, graph.edges[chosen], look, opacity[chosen], label)
@@ -122,7 +114,7 @@ def map_legend() -> list[Line2D]:
 
 def decision_legend() -> list[Line2D]:
     """Return the handles of a legend for maps with decisions about inliers and outliers."""
-    looks = (_ODOMETRY, _TRUE_KEPT, _TRUE_REJECTED, _WRONG_KEPT, _WRONG_REJECTED, _TRUTH)
+    looks = (_ODOMETRY, *_JUDGED, _TRUTH)
     return [Line2D([], [], **look.style(), marker=look.middle, label=look.label) for look in looks]
 
 

@@ -23,16 +23,7 @@ STUDENTS = (
 
 
 def write(release: Path, out: Path, assignments: Sequence[str] = ()) -> list[Path]:
-    """Write the class's submissions.
-
-    Args:
-        release: the student release, ``<release>/<assignment>/<assignment>.ipynb``.
-        out: where ``<student>/<assignment>/<assignment>.ipynb`` goes.
-        assignments: which ones; all where empty.
-
-    Returns:
-        the submissions' folders.
-    """
+    """Write the class's submissions to a release, or to some of it, and return their folders."""
     return [
         answers.hand_in(out, student, assignment, text)
         for assignment in assignments or answers.assignments()
@@ -72,11 +63,7 @@ def _texts(assignment: str, release: Path) -> dict[str, str]:
 
 
 def table(marks: Mapping[str, Any]) -> str:
-    """Return a line for each student, a column for each assignment, headed by its number.
-
-    Args:
-        marks: the batch as ``autograder grade --json`` writes it.
-    """
+    """Return a line for each student, a column for each assignment, headed by its number."""
     by_key = {(item["student"], item["assignment"]): item for item in marks["submissions"]}
     students, assignments = (sorted({key[side] for key in by_key}) for side in (0, 1))
     rows = [["", *(name.partition("-")[0] for name in assignments)]]

@@ -128,15 +128,7 @@ def classify(psi):
 
 
 def write(release: Path, out: Path) -> list[Path]:
-    """Write the class's submissions.
-
-    Args:
-        release: where the student release of the assignments goes.
-        out: where ``<student>/<assignment>/<assignment>.ipynb`` goes.
-
-    Returns:
-        the submissions' folders.
-    """
+    """Release the assignments, write the class's submissions, and return their folders."""
     autograder(answers.SOLUTIONS, "release", *TABLE, "--out", release)
     folders = []
     for assignment in TABLE:
@@ -167,12 +159,7 @@ def _sources(assignment: str) -> dict[str, Mapping[str, str]]:
 
 
 def pages(graded: Path, out: Path) -> None:
-    """Write what the site shows: the report on all, and the feedback of ``SHOWN`` alone.
-
-    Args:
-        graded: the results' folder.
-        out: where ``report/`` and ``feedback/`` go.
-    """
+    """Write ``report/`` on all, and ``feedback/`` for ``SHOWN`` alone, as the site shows them."""
     where, feedback = ("--out", graded, "--notice", NOTICE), out / "feedback"
     autograder(answers.SOLUTIONS, "feedback", *SHOWN, *where, "--to", feedback, "--site", SITE)
     # Of their other submissions, which are answers of the tests, there is no page.

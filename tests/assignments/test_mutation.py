@@ -4,17 +4,15 @@ import json
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.errors import WrongUse
 
+from autograder.tests import toy
 from tests.assignments.mutation import __main__ as command
-from tests.assignments.mutation import equivalents, run
-from tests.assignments.mutation.cells import Mutant, mutants
-from tests.assignments.mutation.report import Report
-from tests.assignments.mutation.run import Verdict
-from tests.assignments.planted import NAME, plant
+from tests.assignments.mutation import equivalents
+from tests.assignments.mutation.cells import mutants
 
 pytestmark = pytest.mark.rest
 
+NAME = "planted"
 SOLUTION = """\
 def size(u):
     ### BEGIN SOLUTION
@@ -26,40 +24,20 @@ def size(u):
 CELL = "def f({}):\n    {}\n    ### BEGIN SOLUTION\n    {}\n    ### END SOLUTION\n"
 POSITIVE = "assert size(3) == 3\nassert size(0.5) == 0.5"
 NEGATIVE = "assert size(-0.5) == 0.5\nassert size(-3) == 3"
-BOTH = {"positive": POSITIVE, "negative": NEGATIVE}
 
 
-@pytest.fixture
-def tree(tmp_path):
-    """An assignment of one exercise, whose cases notice all that can be noticed."""
-    plant(tmp_path, "size", SOLUTION, BOTH)
-    return tmp_path
-
-
-@pytest.fixture(scope="module")
-def report(tmp_path_factory):
-    """What a run finds in that assignment."""
-    tree = tmp_path_factory.mktemp("tree")
-    plant(tree, "size", SOLUTION, BOTH)
-    return command.mutate(NAME, tree, tree, seed=1, jobs=1)
+def plant(tree: Path, **cases: str) -> Path:
+    """Write an assignment of one exercise; its cases are test cells of one point each."""
+    cells = [toy.cell("import numpy as np", "setup", locked=True)]
+    cells.append(toy.cell(SOLUTION, "size", solution=True))
+    cells += [toy.test_cell(source, f"size-{name}", 1) for name, source in cases.items()]
+    toy.write(tree / NAME / f"{NAME}.ipynb", toy.notebook(cells))
+    return tree
 
 
 def status(tree: Path) -> int:
     """The exit status of the command."""
     return command.main([NAME, "--solutions", str(tree), "--judged", str(tree), "--jobs", "1"])
-
-
-def judge(tree: Path, line: str, becomes: str, reason: str = "0 is -0") -> Path:
-    entry = {"exercise": "size", "line": line, "becomes": becomes, "reason": reason}
-    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
-    path = tree / NAME / equivalents.FILE
-    path.write_text(f"[[equivalent]]\n{text}", encoding="utf-8")
-    return path
-
-
-def changes(source: str) -> set[str]:
-    """What may become of a solution's one line."""
-    return {mutant.becomes for mutant in mutants("f", CELL.format("a, b", "# before", source))}
 
 
 @pytest.mark.parametrize(
@@ -87,15 +65,8 @@ def changes(source: str) -> set[str]:
     ],
 )
 def test_a_line_is_changed_in_all_the_ways_that_it_can_be(source, wanted):
-    assert wanted <= changes(source)
-
-
-def test_a_change_keeps_the_rest_of_the_text_and_every_mutant_differs():
-    text = CELL.format("ψ", "# as it was", "return ψ  -  2")
-    found = [mutant.source for mutant in mutants("f", text)]
-    assert len(set(found)) == len(found) > 4
-    assert text.replace("2", "3") in found
-    assert all("# as it was" in source for source in found)
+    found = mutants("f", CELL.format("a, b", "# before", source))
+    assert wanted <= {mutant.becomes for mutant in found}
 
 
 def test_only_solution_regions_are_changed_and_no_words_of_an_error():
@@ -105,7 +76,9 @@ def test_only_solution_regions_are_changed_and_no_words_of_an_error():
         mutants("f", "def f(): return 1")
 
 
-def test_a_planted_mutant_is_killed_by_the_case_that_notices(report):
+def test_a_planted_mutant_is_killed_by_the_case_that_notices(tmp_path):
+    tree = plant(tmp_path, positive=POSITIVE, negative=NEGATIVE)
+    report = command.mutate(NAME, tree, tree, seed=1, jobs=1)
     killers = {one.mutant.becomes: one.lost for one in report.verdicts}
     assert killers["return u"] == ("size-negative",)
     assert killers["if u < 1:"] == ("size-positive",)
@@ -113,19 +86,8 @@ def test_a_planted_mutant_is_killed_by_the_case_that_notices(report):
     assert [one.mutant.becomes for one in report.survivors] == ["if u <= 0:"]
 
 
-def test_what_is_judged_equivalent_counts_for_the_score_alone(report, tree):
-    judged = equivalents.read(judge(tree, "if u < 0:", "if u <= 0:"))
-    after = Report(NAME, report.verdicts, judged)
-    assert (len(after.equivalent), after.score) == (1, 1.0)
-    assert after.raw_score == report.raw_score == report.score < 0.95
-    assert not after.is_good  # more than a tenth is judged so
-    killed = [one for one in report.verdicts if one.is_killed]
-    assert Report(NAME, [*report.verdicts, *killed], judged).is_good
-
-
 def test_a_survivor_is_reported_where_a_case_is_missing(tmp_path, capsys):
-    plant(tmp_path, "size", SOLUTION, {"positive": POSITIVE})
-    assert status(tmp_path) == 1
+    assert status(plant(tmp_path, positive=POSITIVE)) == 1
     assert "    - return -u\n    + return u\n" in capsys.readouterr().out
 
 
@@ -133,27 +95,10 @@ def test_a_survivor_is_reported_where_a_case_is_missing(tmp_path, capsys):
     ("line", "becomes", "problem"),
     [("if u < 7:", "if u <= 7:", "no mutant"), ("if u < 0:", "if u >= 0:", "kills")],
 )
-def test_a_stale_judgement_is_refused(tree, line, becomes, problem, capsys):
-    judge(tree, line, becomes)
+def test_a_stale_judgement_is_refused(tmp_path, line, becomes, problem, capsys):
+    tree = plant(tmp_path, positive=POSITIVE, negative=NEGATIVE)
+    entry = {"exercise": "size", "line": line, "becomes": becomes, "reason": "0 is -0"}
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
+    (tree / NAME / equivalents.FILE).write_text(f"[[equivalent]]\n{text}", encoding="utf-8")
     assert status(tree) == 2
     assert problem in capsys.readouterr().err
-
-
-def test_a_judgement_needs_a_reason(tree):
-    with pytest.raises(equivalents.Stale, match="reason"):
-        equivalents.read(judge(tree, "if u < 0:", "if u <= 0:", reason=" "))
-
-
-def test_an_endless_loop_is_cut_and_counts_as_killed(tree):
-    (one,) = run.exercises(tree / NAME / f"{NAME}.ipynb")
-    endless = "def size(u):\n    while True:\n        pass\n"
-    limited = run.with_limits(one, seed=1)
-    verdict = run.grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
-    assert verdict == Verdict(verdict.mutant, (), "timeout")
-    assert verdict.is_killed
-
-
-def test_a_reference_that_loses_marks_is_refused(tmp_path):
-    plant(tmp_path, "size", SOLUTION, {"negative": NEGATIVE.replace("== 3", "== 4")})
-    with pytest.raises(WrongUse, match="size-negative"):
-        command.mutate(NAME, tmp_path, tmp_path, seed=1, jobs=1)

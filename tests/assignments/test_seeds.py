@@ -1,29 +1,19 @@
-"""A hidden case that fails the reference with a few seeds is found among many that pass."""
+"""A case that refuses a right answer for one seed in a thousand costs a class its points."""
 
-from tests.assignments.planted import NAME, plant
-from tests.assignments.seeds import failures
+import pytest
 
-SOLUTION = """
-def half(u):
-    ### BEGIN SOLUTION
-    return np.divide(u, 2)
-    ### END SOLUTION
-"""
-CASE = """
-assert half(2.0) == 1
-### BEGIN HIDDEN TESTS
-# hint: Divide by 2.
-u = rng.integers({values})
-assert half(u) == u / 2
-assert half(u) > 0
-### END HIDDEN TESTS
-"""
+from solutions.classes import answers
+from tests.assignments import reference
 
 
-def test_a_case_that_fails_now_and_then_is_found(tmp_path):
-    cases = {"rare": CASE.format(values=100), "one": CASE.format(values="1, 100")}
-    plant(tmp_path, "half", SOLUTION, cases)
-    found = list(failures(NAME, range(1, 601), jobs=2, tree=tmp_path))
-    assert {failure.grade_id for failure in found} == {"half-rare"}
-    assert 1 <= len(found) < 30
-    assert all(failure.error == "AssertionError" for failure in found)
+@pytest.mark.soak
+@pytest.mark.parametrize("name", answers.assignments())
+def test_the_reference_passes_every_hidden_case_with_any_seed(name):
+    solutions = reference.load(name)
+    for case in solutions.assignment.cases:
+        for seed in range(1, 10_001) if case.has_hidden else ():
+            try:
+                solutions.run(case, seed)
+            except Exception as error:  # a test fails by raising, whatever it raises
+                error.add_note(f"{case.grade_id} refuses the reference with seed {seed}")
+                raise

@@ -114,7 +114,7 @@ def assert_below_stays(first: Seen, now: Seen) -> None:
 
 
 def by_mouse(picture: Locator, key: str, toward: int) -> None:
-    mouse, (x, y) = picture.page.mouse, _middle(picture, key)
+    mouse, (x, y) = picture.page.mouse, middle(picture, key)
     mouse.move(x, y)
     mouse.down()
     mouse.move(x + 70 * toward, y - 45 * toward, steps=3)
@@ -122,7 +122,7 @@ def by_mouse(picture: Locator, key: str, toward: int) -> None:
 
 
 def by_touch(picture: Locator, key: str, toward: int) -> None:
-    x, y = _middle(picture, key)
+    x, y = middle(picture, key)
     swipe(picture.page, x, y, 70 * toward, -45 * toward)
 
 
@@ -146,7 +146,7 @@ def move(control: Locator) -> None:
             control.click()
 
 
-def _middle(picture: Locator, key: str) -> tuple[float, float]:
+def middle(picture: Locator, key: str) -> tuple[float, float]:
     # The visible mark is in the middle of the handle's target.
     x, y = picture.evaluate(
         f"""picture => {{

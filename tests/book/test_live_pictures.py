@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
+import numpy as np
 import pytest
+import robust_slam_course.pictures
 from playwright.sync_api import Browser, Locator, expect
-from robust_slam_course.pictures import basins, cycles
+from robust_slam_course.pictures import cycles
 
 from autograder.tests import kernel
 from tests.book import taking_hold
@@ -281,22 +283,6 @@ class TestTown:
             taking_hold.swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
             visit.page.wait_for_function(f"window.scrollY > {before} + 100")
 
-    def test_a_link_opens_the_page_with_its_state(self, at, browser):
-        with visiting(browser, at, **DESK.options) as visit:
-            picture = pictures(visit.page)[0]
-            moved = move_a_handle(picture)
-            unfold(picture)
-            picture.locator("[data-control=link]").click()
-            with visiting(browser, visit.page.url, **DESK.options) as again:
-                assert seen(pictures(again.page)[0])[:2] == moved[:2]
-
-    def test_a_link_to_a_folded_setting_unfolds_it(self, site, browser):
-        address = place(site, "", "chapters/00-one-lie", "file")
-        for state, shown in (({"sigma": 1}, True), ({"correct": False}, False)):
-            with visiting(browser, f"{address}#cycles={quote(json.dumps(state))}") as visit:
-                more = pictures(visit.page)[0].locator("details")
-                assert more.evaluate("it => it.open") == shown
-
     def test_a_map_glides_but_not_where_motion_is_unwelcome(self, at, browser):
         assert states_between(at, browser, "no-preference") > 5
         assert states_between(at, browser, "reduce") <= 2
@@ -324,20 +310,85 @@ class TestTown:
 
 
 class TestAlone:
-    def test_the_scale_of_a_town_stays_whatever_bends(self, browser):
-        with visiting(browser, "about:blank", **DESK.options) as visit:
-            visit.page.set_content(cycles().static_html())
-            truth = pictures(visit.page)[0].locator("path.is-ghost").first
-            before = truth.get_attribute("d")
-            visit.page.locator("[data-control=correct]").click()
-            seen(pictures(visit.page)[0])
-            assert truth.get_attribute("d") == before
+    @pytest.fixture
+    def alone(self, open_page):
+        """Open a picture alone, by a link to a state."""
 
-    def test_readings_at_the_end_of_the_axis_have_their_minimum_there(self, browser):
-        state = quote(json.dumps({"kernel": "cauchy", "z": [-4, 10]}))
-        with visiting(browser, f"about:blank#basins={state}") as visit:
-            visit.page.set_content(basins().static_html())
-            assert "0 minima" not in taking_hold.words(pictures(visit.page)[0])
+        def opened(name: str, **state: object) -> Locator:
+            link = f"about:blank#{name}={quote(json.dumps(state))}"
+            page = open_page(link, **DESK.options).page
+            page.set_content(getattr(robust_slam_course.pictures, name)().static_html())
+            return pictures(page)[0]
+
+        return opened
+
+    @pytest.mark.parametrize(
+        ("state", "shown"), [({"sigma": 1}, True), ({"correct": False}, False)]
+    )
+    def test_a_link_to_a_folded_setting_unfolds_it(self, alone, state, shown):
+        more = alone("cycles", **state).locator("details")
+        assert more.evaluate("it => it.open") == shown
+
+    def test_the_scale_of_a_town_stays_whatever_bends(self, alone):
+        picture = alone("cycles")
+        truth = picture.locator("path.is-ghost").first
+        before = truth.get_attribute("d")
+        picture.locator("[data-control=correct]").click()
+        seen(picture)
+        assert truth.get_attribute("d") == before
+
+    def test_the_view_stays_until_the_hand_leaves_the_drawing(self, alone):
+        picture = alone("showcase", place=11)
+        truth = picture.locator("path.is-ghost").first
+        before = truth.get_attribute("d")
+        taking_hold.by_mouse(picture, "place", -1)
+        folded = seen(picture)
+        assert truth.get_attribute("d") == before
+        picture.page.mouse.move(0, 0)
+        assert seen(picture).drawing != folded.drawing and truth.get_attribute("d") != before
+
+    def test_where_the_drive_crosses_itself_a_handle_stays_on_its_visit(self, alone):
+        places = np.reshape(cycles().data["truth"], (-1, 3))[:, :2]
+        apart = np.linalg.norm(places[:, None] - places, axis=2)
+        late = next(k for k in range(40, 98) if (apart[k, : k - 5] < 0.01).any())
+        picture = alone("cycles", wrong=[late, 5])
+        there = taking_hold.middle(picture, "closure-0-0")
+        taking_hold.by_keyboard(picture, "closure-0-0", 1)
+        seen(picture)
+        mouse = picture.page.mouse
+        mouse.move(*taking_hold.middle(picture, "closure-0-0"))
+        mouse.down()
+        mouse.move(*there, steps=12)
+        seen(picture)
+        assert abs(int(picture.evaluate(OF_HANDLE, ["closure-0-0", "valuenow"])) - late) <= 6
+
+    @pytest.mark.parametrize("key", ["offset", "closure-0-0"])
+    def test_of_handles_at_one_place_the_last_one_is_taken_again(self, alone, key):
+        picture = alone("breaking", ends=[2, 9], offset=[-1, 0])
+        assert taking_hold.middle(picture, "offset") == pytest.approx(
+            taking_hold.middle(picture, "closure-0-0"), abs=1
+        )
+        picture.locator(f"[data-handle={key}]").focus()
+        taking_hold.by_mouse(picture, key, 1)
+        assert picture.evaluate("() => document.activeElement.dataset.handle") == key
+
+    def test_the_best_attack_is_told_once_the_question_is_answered(self, alone):
+        picture = alone("breaking", offset=[0, 1], count=3)
+        assert taking_hold.words(picture).startswith(
+            "Fooled"
+        ) and "best attack" not in taking_hold.words(picture)
+        picture.locator(".rs-predict label").first.click()
+        assert "The best attack has 2 outliers" in seen(picture).caption
+
+    def test_a_tie_is_named(self, alone):
+        told = taking_hold.words(alone("consistency", count=8))
+        assert told.startswith("8 against 8 is a tie: PCM happens to keep the outliers")
+
+    def test_an_answer_joins_the_closure_and_changes_nothing_else(self, alone):
+        picture = alone("opening")
+        picture.locator("[data-control=robust]").click()
+        picture.locator(".rs-predict label").first.click()
+        assert seen(picture).caption.startswith("GNC rejects the wrong closure")
 
 
 def states_between(at: str, browser: Browser, motion: str) -> int:

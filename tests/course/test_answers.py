@@ -125,7 +125,7 @@ def test_a_reader_paints_by_hand_what_show_it_shows(name, places, tmp_path, open
     shown, picture = opened(name, tmp_path, open_page)
     if name == "starts":
         picture.locator("[data-control=odometry]").click()
-    picture.locator("[data-handle]").focus()
+    picture.locator("[data-handle]").first.focus()
     for key in ["Home", *["ArrowRight"] * places]:
         picture.page.keyboard.press(key)
         seen(picture)

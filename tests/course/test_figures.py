@@ -74,6 +74,15 @@ def test_letters_stay_letters_in_the_page_s_font():
     assert {"x₁", "10⁻³", "10¹", "panel 1", "a < b"} <= said
 
 
+def test_a_letter_that_has_no_lowered_sign_is_small_and_below_the_line():
+    figure = panels()
+    figure.axes[0].set(xlabel="$z_q^{-1}x$")
+    ((low, rest),) = (text for text in drawings(figure)[0].iter("text") if text.text == "z")
+    assert (low.text, rest.text, rest.get("style")) == ("q", "⁻¹x", None)
+    assert "font-size" in low.attrib["style"]
+    assert float(low.attrib["dy"]) == -float(rest.attrib["dy"]) > 0
+
+
 def test_lines_of_a_centred_text_are_centred_in_any_font():
     figure, ax = plt.subplots()
     ax.set_title("short\nand a longer line")

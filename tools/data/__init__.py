@@ -1,8 +1,8 @@
 """Tables that are computed once for the book's pictures and kept in the repository."""
 
-import argparse
 import json
 import os
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,7 @@ def make(
     what: str | None, table: Callable[[], dict[str, Any]], told: Callable[[Any], Iterable[str]]
 ) -> None:
     """Compute a table, print the lines that are ``told`` of it, and write it if asked to."""
-    parser = argparse.ArgumentParser(
-        description=what, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = ArgumentParser(description=what, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, help="write the table to this file")
     out = parser.parse_args().out
     made = table()

@@ -12,14 +12,7 @@ import robust_slam as rs
 from robust_slam._arrays import Array
 from robust_slam.certificates import Verdict, certify
 from robust_slam.consistency import pcm
-from robust_slam.estimators import (
-    Result,
-    chi_square_threshold,
-    gnc,
-    irls,
-    kernels,
-    switchable,
-)
+from robust_slam.estimators import Result, chi_square_threshold, gnc, irls, kernels, switchable
 from robust_slam.graphs import PoseGraph, ate
 from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import select

@@ -61,10 +61,7 @@ def book(
 ) -> Book:
     """Return the book that ``_toc.yml`` lists, or only some of its pages.
 
-    Args:
-        site: the built site.
-        pages: those that are wanted; all where there are none.
-        own: what is ``drawn``; a page without it has still pictures and answers in their places.
+    A page whose ``own`` parts are not ``drawn`` has still pictures, and answers in their places.
     """
     toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
     parts = [("", [toc["root"]])]
@@ -85,15 +82,10 @@ def book(
 
 
 def write(book: Book, target: Path, paper: str) -> int:
-    """Print a book, and return the number of its pages.
+    """Print a book on one of ``PAPERS``, and return the number of its pages.
 
     The first copy tells on which pages its parts are. A number may move a line, so it is printed
     anew until each is right.
-
-    Args:
-        book: what to print.
-        target: the PDF.
-        paper: one of ``PAPERS``.
 
     Raises:
         OSError: there is no Chromium.

@@ -89,7 +89,8 @@ class Book:
                 place.string = f" (p. {numbers.get(str(place['data-to']), 999)})"
             name = f'class="page {Path(page).name}" style="page: page{k}"'
             pages.append(f"<section {name}>{article}</section>")
-            head = _text(article.h1).replace("\\", "").replace('"', "'")
+            head = article.h1.get_text() if article.h1 else ""
+            head = " ".join(head.split()).replace("\\", "").replace('"', "'")
             rules.append(f'@page page{k} {{ @top-left {{ content: "{head}" }} }}')
         return DOCUMENT.format(
             title=escape(self.about["title"]),
@@ -194,7 +195,3 @@ def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:
     line = soup.new_tag("p", attrs={"class": "answers"})
     line.string = "Answers: " + ", ".join(f"{k} {letters}" for k, letters in enumerate(right, 1))
     return line
-
-
-def _text(tag: Tag | None) -> str:
-    return " ".join(tag.get_text().split()) if tag else ""

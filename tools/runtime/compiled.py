@@ -85,10 +85,7 @@ def _pack(path: Path, compiled: Path, target: Path, with_source: bool) -> None:
             if not module.is_file() or with_source:
                 archive.writestr(zipfile.ZipInfo(name), data, zipfile.ZIP_DEFLATED)
             if module.is_file():
-                place = _beside(PurePosixPath(name)) if with_source else f"{name}c"
+                path_in = PurePosixPath(name)
+                beside = path_in.parent / "__pycache__" / f"{path_in.stem}.{TAG}.pyc"
+                place = str(beside) if with_source else f"{name}c"
                 archive.writestr(zipfile.ZipInfo(place), module.read_bytes(), zipfile.ZIP_DEFLATED)
-
-
-def _beside(source: PurePosixPath) -> str:
-    """Return where Python looks for the compiled module of a source."""
-    return str(source.parent / "__pycache__" / f"{source.stem}.{TAG}.pyc")

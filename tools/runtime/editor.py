@@ -21,9 +21,6 @@ def build(target: Path) -> None:
 
     A file that was made from the same sources stays, so that a second run needs no network.
 
-    Args:
-        target: the file to write, ``editor.js``.
-
     Raises:
         RuntimeUnavailable: npm's registry cannot be reached, or a file is not what the lock says.
     """

@@ -75,10 +75,7 @@ _OVERRIDES: dict[str, object] = {
     # JupyterLite's menu lacks the first; the others hold nothing that an assignment asks for.
     "@jupyterlab/mainmenu-extension:plugin": {
         "menus": [
-            {
-                "id": "jp-mainmenu-file",
-                "items": [{"command": "docmanager:download", "rank": 6}],
-            },
+            {"id": "jp-mainmenu-file", "items": [{"command": "docmanager:download", "rank": 6}]},
             *({"id": f"jp-mainmenu-{name}", "disabled": True} for name in NEEDLESS),
         ]
     },
@@ -88,12 +85,9 @@ _OVERRIDES: dict[str, object] = {
 
 
 def build(root: Path, runtime: Path, packages: Path) -> None:
-    """Make the site in ``runtime/lab``; it expects ``python/`` beside itself.
+    """Make the site of a course in ``runtime/lab``; it expects ``python/`` beside itself.
 
-    Args:
-        root: the course's folder, with the released assignments.
-        runtime: the folder with ``pyodide/`` and ``wheels/``.
-        packages: the folder in which JupyterLite is installed.
+    JupyterLite is installed in the folder ``packages``.
 
     Raises:
         RuntimeUnavailable: nothing was released, or JupyterLite fails.

@@ -31,11 +31,8 @@ def fetch(target: Path, source: str | None = None) -> None:
     """Put all files into ``target``.
 
     Correct files that are already there stay, so a second run goes on where the first one
-    stopped. A file gets its name only after its checksum was verified.
-
-    Args:
-        target: the folder to fill; what is there and not listed is deleted.
-        source: a folder with the files; without it they are downloaded.
+    stopped; what is not listed is deleted. A file gets its name only after its checksum was
+    verified. Without a source, a folder with the files, they are downloaded.
 
     Raises:
         RuntimeUnavailable: a file cannot be had, or its checksum is wrong.

@@ -5,7 +5,6 @@ All are made from what is installed, at the versions that the lock file pins: no
 
 import hashlib
 import json
-import re
 import shutil
 import tempfile
 import zipfile
@@ -15,6 +14,7 @@ from importlib import metadata
 from pathlib import Path, PurePath
 from typing import Any
 
+from packaging.utils import canonicalize_name
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.publishing.wheels import build_tracked
 
@@ -72,12 +72,8 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
     """Put the wheels of ``PACKAGES`` into ``out``, with Pyodide's list, to which they are added.
 
     With this list an import alone loads them. What pages load is compiled, and has a list of its
-    own; how much a page loads until its first cell can run is written beside ``out``.
-
-    Args:
-        root: the course's folder.
-        out: where the wheels go; wheels that were there before are deleted.
-        pyodide: the folder with Pyodide's own list.
+    own; how much a page loads until its first cell can run is written beside ``out``. Wheels that
+    were there before are deleted.
 
     Raises:
         RuntimeUnavailable: a wheel cannot be built.
@@ -91,12 +87,12 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
         for each in PACKAGES:
             if not each.folder:
                 _pack(each.name, made)
-        found = {_normal(path.name.split("-")[0]): path for path in made.glob("*.whl")}
+        found = {canonicalize_name(path.name.split("-")[0]): path for path in made.glob("*.whl")}
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
         lock = json.loads((pyodide / LOCK).read_text(encoding="utf-8"))
         for each in PACKAGES:
-            wheel = found[_normal(each.name)]
+            wheel = found[canonicalize_name(each.name)]
             path = out / wheel.name.replace("+", "_")  # some servers read a plus as a blank
             shutil.copyfile(wheel, path)
             address = f"../wheels/{path.name}"
@@ -158,7 +154,8 @@ def version(out: Path) -> str:
 def _pack(name: str, made: Path) -> None:
     """Make a wheel of an installed package, without native code, which must be optional in it."""
     distribution = metadata.distribution(name)
-    folder = f"{_normal(name)}-{distribution.version}.dist-info"
+    stem = f"{canonicalize_name(name).replace('-', '_')}-{distribution.version}"
+    folder = f"{stem}.dist-info"
     files = {
         path.as_posix(): Path(str(distribution.locate_file(path))).read_bytes()
         for path in sorted(distribution.files or [])
@@ -169,7 +166,7 @@ def _pack(name: str, made: Path) -> None:
         f"{folder}/WHEEL": b"Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
         f"{folder}/RECORD": b"",
     }
-    wheel = made / f"{_normal(name)}-{distribution.version}-py3-none-any.whl"
+    wheel = made / f"{stem}-py3-none-any.whl"
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, data in files.items():
             archive.writestr(zipfile.ZipInfo(path), data, zipfile.ZIP_DEFLATED)
@@ -199,7 +196,3 @@ def entry(
         "depends": list(depends),
         "unvendored_tests": False,
     }
-
-
-def _normal(name: str) -> str:
-    return re.sub(r"[-_.]+", "_", name).lower()

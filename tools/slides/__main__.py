@@ -22,12 +22,7 @@ LINK = '<p class="rs-teach"><a href="../{deck}">Teach this chapter</a>: {said}</
 def make(site: Path, reveal: Path) -> list[Path]:
     """Write the decks into the folder ``slides`` of a site, and lead each chapter to its own.
 
-    Args:
-        site: the built site.
-        reveal: the folder of the package reveal.js.
-
-    Returns:
-        The decks.
+    The package reveal.js is in the folder ``reveal``.
 
     Raises:
         BadMark: a chapter's mark names what its page does not have.

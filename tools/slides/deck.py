@@ -44,13 +44,7 @@ PAGE = """<!DOCTYPE html>
 
 
 def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> tuple[str, float]:
-    """Return the deck of a page as HTML for the folder ``slides``, and its minutes.
-
-    Args:
-        html: the built page.
-        page: its name in the site, ``chapters/03-irls``.
-        marks: what to cut out.
-        course: the course's title.
+    """Return the deck of a page, such as ``chapters/03-irls``, for ``slides``, and its minutes.
 
     Raises:
         BadMark: the page does not have what a mark names.

@@ -28,11 +28,7 @@ _PINNED = re.compile(r"^[A-Za-z0-9][\w.-]*==[^\\\n]*", re.MULTILINE)
 def write(course: Course, assignment: str, archive: Path, labels: Path) -> None:
     """Write the archive of an assignment, readable by its owner only; it replaces another.
 
-    Args:
-        course: where the assignment is.
-        assignment: its name.
-        archive: the file.
-        labels: the folder that ``autograder misconceptions`` has written, if it has.
+    It holds the assignment's labels where ``autograder misconceptions`` has written some.
 
     Raises:
         WrongUse: the course does not say what to install, or is in no repository.

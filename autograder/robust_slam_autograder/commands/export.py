@@ -17,8 +17,6 @@ from robust_slam_autograder.lms.systems import System, Values
 from robust_slam_autograder.markup import as_csv
 from robust_slam_autograder.reports import exported
 
-_PRIVATE = 0o600
-
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -77,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
         _places(system, people, ledger, options),
         functools.partial(matched.cell, zero=options.missing_as_zero),
     )
-    durable.write(to, as_csv(system.table(people, values)), mode=_PRIVATE)
+    durable.write(to, as_csv(system.table(people, values)), private=True)
     _tell(rules, matched, values, zero=options.missing_as_zero)
     marked = {*matched.owners.values()} & {one for c in ledger.columns for one in c.marks}
     print(

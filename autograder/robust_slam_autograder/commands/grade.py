@@ -50,7 +50,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def add_how(parser: argparse.ArgumentParser) -> None:
     """Declare how student code is run: where, how many at once, and behind which wall."""
-    parser.add_argument("--jobs", type=_jobs, default=_processors(), metavar="N")
+    processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    parser.add_argument("--jobs", type=_jobs, default=processors, metavar="N")
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, say tcp://HOST:8786"
     )
@@ -72,10 +73,6 @@ def _jobs(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError("a whole number, 1 or more")
     return int(text)
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
 def run(options: argparse.Namespace) -> int:
@@ -134,7 +131,9 @@ def chosen(handed_in: Sequence[Submission], options: argparse.Namespace) -> Iter
 
 def _grade(handed_in: Sequence[Submission], journal: Journal, how: How) -> list[Graded]:
     if any(one.key not in journal.graded for one in handed_in):
-        _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
+        # nbgrader takes two seconds to import: meanwhile submissions are being graded.
+        wanted = ("robust_slam_autograder.nbgrader.gradebook",)
+        threading.Thread(target=importlib.import_module, args=wanted, daemon=True).start()
     with progress.shown(len(handed_in)) as step:
         return batch.grade(handed_in, journal, how, lambda graded: step())
 
@@ -155,11 +154,6 @@ def _folder_of_students(job: Submission) -> Path:
     """Return the folder of students' work: a student's own path may be a link to anywhere."""
     is_notebook = submission.is_notebook(job.path.name)
     return job.path.parent if is_notebook else job.path.parents[1]
-
-
-def _import_meanwhile(module: str) -> None:
-    """Import what takes its time (nbgrader: two seconds) while submissions are being graded."""
-    threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
 
 
 def _tell(

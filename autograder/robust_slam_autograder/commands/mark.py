@@ -41,9 +41,7 @@ def _points(text: str) -> float:
 def run(options: argparse.Namespace) -> int:
     """Enter the points in the gradebook."""
     layout.refuse_unmoved(options.out)
-    from robust_slam_autograder.nbgrader import (
-        marks_by_hand,  # the student's install lacks nbgrader
-    )
+    from robust_slam_autograder.nbgrader import marks_by_hand  # the student's install lacks it
 
     (name,) = assignments.find_names(options.solutions, [options.assignment])
     change = marks_by_hand.enter(

@@ -143,9 +143,7 @@ def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
     Raises:
         WrongUse: the gradebook cannot be reached.
     """
-    from robust_slam_autograder.nbgrader import (
-        marks_by_hand as marks,  # it takes its time to import
-    )
+    from robust_slam_autograder.nbgrader import marks_by_hand  # it takes its time to import
 
     location = gradebook(options)
 
@@ -153,7 +151,7 @@ def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
     def entered(name: str) -> Entered:
         if not (options.solutions / name).is_dir():
             return Entered()
-        return marks.read(location, assignments.of(options.solutions, name))
+        return marks_by_hand.read(location, assignments.of(options.solutions, name))
 
     return entered
 

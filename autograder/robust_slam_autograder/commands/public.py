@@ -11,9 +11,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write it."""
-    from robust_slam_autograder.publishing.public import (
-        publish,  # nbgrader takes a second to import
-    )
+    # nbgrader takes a second to import
+    from robust_slam_autograder.publishing.public import publish
 
     written = publish(options.solutions, options.out)
     print(f"public course of {len(written)} files: {options.out}")

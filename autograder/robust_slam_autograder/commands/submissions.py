@@ -119,7 +119,9 @@ class Reader:
 
     def _is_in_layout(self, path: Path, mode: int) -> bool:
         """Tell whether a path stands where a submission's folder belongs."""
-        is_any = self.assignment and stat.S_ISDIR(mode) and not _is_systems(path.name)
+        # A file manager or an editor makes folders of these names.
+        is_systems = path.name == MACOS or path.name.startswith(".")
+        is_any = self.assignment and stat.S_ISDIR(mode) and not is_systems
         return path.name in self.names or bool(is_any)
 
     def _assignment_of(self, path: Path, mode: int) -> str:
@@ -215,11 +217,6 @@ class Reader:
             kept += group if len(group) == 1 else inside if len(inside) == 1 else ()
         why = "is a second submission of the same work: grade one of them."
         return kept, [Stray(claim.path, why) for claim in claims if claim not in kept]
-
-
-def _is_systems(name: str) -> bool:
-    """Tell whether a file manager or an editor made a folder of this name."""
-    return name == MACOS or name.startswith(".")
 
 
 def _odd(path: Path, mode: int) -> str:

@@ -12,8 +12,6 @@ from robust_slam_autograder.lms.marks import Column
 from robust_slam_autograder.lms.roster import Row
 from robust_slam_autograder.markup import as_csv
 
-_PRIVATE = 0o600
-
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -42,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     place = systems.find(system, people, column)
     found = {} if place is None else {column.name: place}
     values = systems.Values(match, [column], found, cell)
-    durable.write(to, as_csv(system.table(people, values)), mode=_PRIVATE)
+    durable.write(to, as_csv(system.table(people, values)), private=True)
     print(
         f"{len(students)} students have numbers, by {people.header[match]}, and what is graded "
         f"from now on uses them. To import into {system.title}: {to}"

@@ -23,11 +23,7 @@ def of_submission(secret: int, data: bytes) -> int:
 
     The same notebook has the same mark, while each change of it is checked with other inputs:
     what one hand-in finds out, by whatever channel, is of no use to the next, nor to another
-    student.
-
-    Args:
-        secret: the batch's.
-        data: the notebook's bytes.
+    student. The secret is the batch's.
     """
     drawn = hmac.digest(str(secret).encode(), data, "sha256")
     return int.from_bytes(drawn[:8], "big") >> 1

@@ -258,11 +258,7 @@ def patience(one: Submission) -> float:
 def run_pass(one: Submission, *, seed: int, sandbox: Sandbox, run: Run = guarded.plain) -> Outcome:
     """Run a submission's next pass; a refusal or a failure is a result too.
 
-    Args:
-        one: the submission; with its visible pass seen the hidden one is next.
-        seed: the batch's secret.
-        sandbox: where student code runs.
-        run: what runs the test cells.
+    With its visible pass seen the hidden one is next; the seed is the batch's secret.
     """
     try:
         cells = one.cells()

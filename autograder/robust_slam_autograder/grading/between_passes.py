@@ -13,7 +13,6 @@ from pathlib import Path
 from robust_slam_autograder.grading import durable
 from robust_slam_autograder.grading.submissions import Outcome, Submission
 
-_PRIVATE = 0o600
 _KEPT = ("name", "notes", "refusal", "fingerprint", "town")
 
 
@@ -26,7 +25,7 @@ def put(folder: Path, one: Submission) -> None:
     data = base64.b64encode(one.data).decode("ascii")
     seen = None if one.seen is None else one.seen.as_text()
     value = {name: getattr(one, name) for name in _KEPT} | {"data": data, "seen": seen}
-    durable.write(_path(folder, one), json.dumps(value), mode=_PRIVATE)
+    durable.write(_path(folder, one), json.dumps(value), private=True)
 
 
 def get(folder: Path, one: Submission) -> Submission:

@@ -27,11 +27,7 @@ from robust_slam_autograder.grading.messages import FAULT_SENTENCES, Told
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
-from robust_slam_autograder.reading.source import (
-    compiled,
-    names_read,
-    plain_python,
-)
+from robust_slam_autograder.reading.source import compiled, names_read, plain_python
 from robust_slam_autograder.reading.submission import OWN
 
 ALARM_GRACE = 0.5
@@ -168,15 +164,13 @@ class Cases:
         if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
             return ""
         owner = self.assignment.owner(case.exercise)
-        cell = self._cells().get(messages.elsewhere(error, self._owners()) or owner, "")
+        cells = {piece.label: piece.source for piece in self.session.pieces}
+        cell = cells.get(messages.elsewhere(error, self._owners()) or owner, "")
         told = likely_causes.of(error, cell, self.assignment.config.causes)
         own = self.session.errors.get(OWN)
         if isinstance(error, NameError) and isinstance(own, StudentError):
             error, told = own, told + messages.lost(own)
         return told + pythons.remark(error, self.python, self.session.pieces)
-
-    def _cells(self) -> dict[str, str]:
-        return {piece.label: piece.source for piece in self.session.pieces}
 
     def _owners(self) -> dict[str, str]:
         """Return the cell that each function belongs to."""

@@ -17,8 +17,10 @@ def part_of(path: Path) -> Path:
     return path.with_name(f".{path.name}.part")
 
 
-def write(path: Path, text: str, *, mode: int = 0o644) -> None:
+def write(path: Path, text: str, *, private: bool = False) -> None:
     """Write a file by renaming a finished one into place, making its folder if need be.
+
+    A private one is for its owner's eyes only.
 
     Raises:
         GraderFailure: it cannot be written; what was there before still is.
@@ -26,6 +28,7 @@ def write(path: Path, text: str, *, mode: int = 0o644) -> None:
     part = part_of(path)
     with explained(path, part):
         path.parent.mkdir(parents=True, exist_ok=True)
+        mode = 0o600 if private else 0o644
         descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode)
         with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
             file.write(text)

@@ -145,21 +145,12 @@ class Returned:
     """The same as data, where two values were compared."""
 
 
-@dataclass(frozen=True)
-class _Comparison:
-    left: ast.expr
-    relation: type[ast.cmpop]
-    right: ast.expr
+_Comparison = tuple[ast.expr, type[ast.cmpop], ast.expr]
+"""Left side, relation and right side."""
 
 
 def returned(error: Exception, source: str, calls: Calls) -> Returned:
-    """Say what came back and what was expected.
-
-    Args:
-        error: what the check raised.
-        source: the test cell.
-        calls: the calls that it made.
-    """
+    """Say what came back and what was expected, of the error and the calls of a test cell."""
     test = failing_test(error, source, calls.label)
     made = _last_evaluation(calls, test) if test else list(calls.made)
     found = _of_comparison(test, _Replay(calls, made)) if test else None
@@ -218,18 +209,18 @@ def _comparison(test: ast.expr, replay: _Replay) -> _Comparison | None:
                 replay.calls, replay.position = replay.calls[start:], 0
                 return _comparison(part, replay)
     if isinstance(test, ast.Compare) and len(test.ops) == 1:
-        return _Comparison(test.left, type(test.ops[0]), test.comparators[0])
+        return test.left, type(test.ops[0]), test.comparators[0]
     if isinstance(test, ast.Call):
         name = ast.unparse(test.func).rpartition(".")[2]
         if name in _EQUALITIES and len(test.args) >= 2:
-            return _Comparison(test.args[0], ast.Eq, test.args[1])
+            return test.args[0], ast.Eq, test.args[1]
         if name in ("all", "bool") and len(test.args) == 1:
             return _comparison(test.args[0], replay)
     return None
 
 
 def _compared(found: _Comparison, replay: _Replay) -> Returned | None:
-    left, relation, right = found.left, found.relation, found.right
+    left, relation, right = found
     values = replay.evaluate(left), replay.evaluate(right)
     if _is_from_student(right, replay) and not _is_from_student(left, replay):
         left, relation, values = right, _MIRRORED.get(relation, relation), values[::-1]

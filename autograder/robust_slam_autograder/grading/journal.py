@@ -17,7 +17,6 @@ from robust_slam_autograder.grading import durable
 
 RUN_NAME = ".run.json"
 LOG_NAME = ".run.log"
-_PRIVATE = 0o600
 _KEY_BYTES = 32
 
 
@@ -51,7 +50,7 @@ class Journal:
     def keep(self) -> None:
         """Write the batch's secrets down."""
         text = json.dumps({"seed": self.seed, "towns": self.towns})
-        durable.write(self.out / RUN_NAME, f"{text}\n", mode=_PRIVATE)
+        durable.write(self.out / RUN_NAME, f"{text}\n", private=True)
 
     def remember(self, key: str, fingerprint: str) -> None:
         """Note that a submission has its result file."""
@@ -66,7 +65,7 @@ class Journal:
     def tidy(self) -> None:
         """Write the log anew, with what still counts."""
         lines = [f"{_line(key, fingerprint)}\n" for key, fingerprint in self.graded.items()]
-        durable.write(self.out / LOG_NAME, "".join(lines), mode=_PRIVATE)
+        durable.write(self.out / LOG_NAME, "".join(lines), private=True)
 
 
 def _line(key: str, fingerprint: str | None) -> str:
@@ -76,9 +75,7 @@ def _line(key: str, fingerprint: str | None) -> str:
 def open_journal(out: Path, seed: int | None) -> Journal:
     """Go on with the batch in a folder, or begin one there.
 
-    Args:
-        out: the results' folder.
-        seed: the seed to use; None keeps the batch's own, or draws a secret one.
+    Without a seed the batch keeps its own, or draws a secret one.
 
     Raises:
         WrongUse: the folder's ``.run.json`` cannot be read.

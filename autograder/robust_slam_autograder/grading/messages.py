@@ -61,9 +61,8 @@ class Told:
         """Add a line that looks elsewhere, where the message is not the grader's own."""
         if not line or self.words is Words.GRADER:
             return self
-        return replace(
-            self, message=clip(self.message + line, MAX_EXPLAINED), gist=self.gist or self.message
-        )
+        text = clip(self.message + line, MAX_EXPLAINED)
+        return replace(self, message=text, gist=self.gist or self.message)
 
 
 def label(case: Case) -> str:
@@ -99,13 +98,9 @@ def undefined(error: NameError, cell_error: StudentError | SessionFault | None) 
 
 
 def message(error: Exception, source: str, case: Case, owners: Mapping[str, str]) -> Told:
-    """Say what happened, from the exception that ended a visible test.
+    """Say what happened, from what a visible test of this source or a student's function raised.
 
-    Args:
-        error: raised by the test or by the student's function.
-        source: the test's.
-        case: the test.
-        owners: by each function that students are asked for, the cell that it belongs to.
+    ``owners`` has for each function that students are asked for the cell that it belongs to.
     """
     if isinstance(error, NotImplementedError) and isinstance(error, StudentError):
         return own(_not_written(error, owners))

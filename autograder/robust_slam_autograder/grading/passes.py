@@ -70,10 +70,7 @@ class Pass:
     _start: float = field(default_factory=time.monotonic)
 
     def look(self, report: Report | None = None) -> Outcome:
-        """Run what students can see, and explain what fails.
-
-        Args:
-            report: called with each exercise as it ends.
+        """Run what students can see, and explain what fails; report each exercise as it ends.
 
         Raises:
             GraderFailure: the sandbox or the instructor's set-up cells do not work.

@@ -44,9 +44,8 @@ def remark(error: StudentError, written: tuple[int, int] | None, pieces: Sequenc
         written: the notebook's Python; None where it does not say, and only this one is named.
         pieces: the student's code; what fails in an own cell is lacking in others.
     """
-    name = (
-        re.search(r"'(\w+)' is not defined", str(error)) if isinstance(error, NameError) else None
-    )
+    is_lacking = isinstance(error, NameError)
+    name = re.search(r"'(\w+)' is not defined", str(error)) if is_lacking else None
     own = (piece.source for piece in pieces if piece.own)
     is_lost = name and any(re.search(rf"\b{name[1]}\b", source) for source in own)
     is_new = isinstance(error, SyntaxError) and _looks_new(error, pieces)

@@ -72,13 +72,7 @@ class Plan:
 
 
 def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
-    """Find the submissions that have a result already.
-
-    Args:
-        tree: the instructor's source tree.
-        name: the assignment.
-        out: the results' folder.
-        submitted: where ``<student>/<assignment>/`` are.
+    """Find the submissions, ``<submitted>/<student>/<name>/``, that have a result already.
 
     Raises:
         WrongUse: nothing of this assignment has been graded, the batch's seed is lost, or
@@ -127,11 +121,7 @@ def attempt(
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
-    Args:
-        jobs: the submissions.
-        journal: the batch's, whose folder is locked.
-        how: as for ``batch.grade``.
-        report: called after each.
+    The batch's folder is locked; ``report`` is called after each.
 
     Raises:
         GraderFailure: a result cannot be written.

@@ -19,6 +19,7 @@ from robust_slam_autograder.reading.assignment import Assignment
 SCHEMA = 2
 Status = Literal["graded", "refused", "failed"]
 ExerciseStatus = Literal["passed", "partial", "failed", "missing", "timeout", "died"]
+_types_of = functools.cache(get_type_hints)
 
 
 class Ending(StrEnum):
@@ -251,12 +252,7 @@ def from_text(text: str) -> Result:
 
 
 def made(kind: Any, value: Any, **known: object) -> Any:  # noqa: ANN401
-    """Make a value of an annotated type of what JSON has of it.
-
-    Args:
-        kind: the type.
-        value: what JSON has.
-        known: further fields of a dataclass.
+    """Make a value of an annotated type of what JSON has of it; ``known`` are further fields.
 
     Raises:
         TypeError: it is of another type, as are AttributeError, KeyError and ValueError.
@@ -278,11 +274,6 @@ def made(kind: Any, value: Any, **known: object) -> Any:  # noqa: ANN401
     if value in inner if outer is Literal else kind in (str, bool, int) and type(value) is kind:
         return value
     raise TypeError(f"{value!r} is no {kind}")
-
-
-@functools.cache
-def _types_of(kind: type) -> dict[str, Any]:
-    return get_type_hints(kind)
 
 
 def _miscount(result: Result) -> str:

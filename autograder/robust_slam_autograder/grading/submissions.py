@@ -128,7 +128,10 @@ class Fingerprints:
 def code_digest() -> str:
     """Return the digest of the interpreter and of all code that tests and grader may import."""
     # Their folders are named for name and version; to read the metadata takes far longer.
-    folders = [Path(entry) for entry in sys.path if entry and not _in_a_package(Path(entry))]
+    # Setuptools, once imported, enters a folder within its own package.
+    around = {"site-packages", "dist-packages"}
+    entries = map(Path, filter(None, sys.path))
+    folders = [path for path in entries if around.isdisjoint(path.parent.parts)]
     installed = sorted({path.name for folder in folders for path in folder.glob("*.dist-info")})
     digest = hashlib.sha256(repr([sys.version, installed]).encode())
     for folder in dict.fromkeys(
@@ -137,11 +140,6 @@ def code_digest() -> str:
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def _in_a_package(folder: Path) -> bool:
-    """Tell whether it is in an installed package: setuptools, once imported, enters its own."""
-    return any(parent.name in ("site-packages", "dist-packages") for parent in folder.parents)
 
 
 def locate(one: Submission) -> tuple[Path, tuple[str, ...]]:

@@ -63,9 +63,7 @@ def verdict(result: Result) -> str:
 def check_verdict(result: Result, hidden: Mapping[str, int] | None) -> str:
     """Say how a student's own check went; it promises no mark.
 
-    Args:
-        result: of the visible cases.
-        hidden: per exercise how many hidden cases there are; None where that is not known.
+    Of each exercise it is told how many hidden cases there are; None where that is not known.
     """
     passed = sum(exercise.status == "passed" for exercise in result.exercises)
     total = len(result.exercises)

@@ -21,10 +21,8 @@ _OTHERS = rules_of(compare, structure, hidden, asserts, beside, text)
 def _allow_comment(subject: Subject) -> Iterator[Found]:
     for name, cell, line in comments(subject):
         if name not in _OTHERS:
-            said = (
-                "This allows nothing: give a rule of lint --rules and a reason in brackets, in a "
-            )
-            yield Found(cell, f"{said}hidden region or the exercise's solution region.", line)
+            said = "This allows nothing: give a rule of lint --rules and a reason in brackets, in"
+            yield Found(cell, f"{said} a hidden region or the exercise's solution region.", line)
 
 
 RULES: tuple[Rule, ...] = (*_OTHERS.values(), _allow_comment)

@@ -27,10 +27,8 @@ _GOES_ON = re.compile(
 def _no_module(subject: Subject) -> Iterator[Found]:
     for name in subject.assignment.config.withheld:
         if not _exists(name):
-            said = (
-                f"withheld names {name}, which is not installed here: correct it, or install it."
-            )
-            yield Found(CONFIG_NAME, said)
+            said = f"withheld names {name}, which is not installed here"
+            yield Found(CONFIG_NAME, f"{said}: correct it, or install it.")
 
 
 @rule("not-allowed", "error", "Solutions and set-up import only what packages allows.")
@@ -106,10 +104,8 @@ def _bad_answer(subject: Subject) -> Iterator[Found]:
                 what = f"names {answer.caught_by}, not one of its cases: give one of "
                 yield Found(path.name, f"{path}: {answer.name} {what}{', '.join(cases)}.")
             if not answer.is_right and not _GOES_ON.fullmatch(answer.story):
-                what = (
-                    "has no misconception that goes on after “It looks as if your function”, as "
-                )
-                yield Found(path.name, f"{path}: {answer.name} {what}“Takes σ² for σ.” does.")
+                what = "has no misconception that goes on after “It looks as if your function”"
+                yield Found(path.name, f"{path}: {answer.name} {what}, as “Takes σ² for σ.” does.")
 
 
 def strangers(subject: Subject) -> list[Path]:

@@ -82,10 +82,8 @@ def _no_rng(subject: Subject) -> Iterator[Found]:
     for code in subject.with_regions:
         hidden = (node for node in code.nodes if code.is_hidden(node))
         if not any(map(_is_rng, hidden)):
-            said = (
-                "The hidden inputs are the same for ever, and can be learnt: draw them from rng."
-            )
-            yield Found(code.grade_id, said, code.regions[0].start)
+            said = "The hidden inputs are the same for ever, and can be learnt"
+            yield Found(code.grade_id, f"{said}: draw them from rng.", code.regions[0].start)
 
 
 def _is_rng(node: ast.AST) -> bool:

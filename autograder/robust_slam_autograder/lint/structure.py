@@ -35,10 +35,8 @@ def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
     for cell, cases in _exercises(subject):
         hidden = sum(case.has_hidden for case in cases)
         if cases and hidden < LEAST_HIDDEN:
-            said = (
-                f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that an "
-            )
-            yield Found(cell.grade_id or "", f"{said}answer fitted to what is visible loses.")
+            said = f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that"
+            yield Found(cell.grade_id or "", f"{said} an answer fitted to what is visible loses.")
 
 
 def _exercises(subject: Subject) -> Iterator[tuple[Cell, list[Case]]]:

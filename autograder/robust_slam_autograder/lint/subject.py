@@ -114,12 +114,7 @@ def last_name(node: ast.AST) -> str:
 
 
 def load(path: Path, answers: Path | None = None, book: Path | None = None) -> Subject:
-    """Read an assignment's notebook for the rules.
-
-    Args:
-        path: the instructor's notebook.
-        answers: folder of right and wrong answers, if there is one.
-        book: folder of the book's pages, if there is one.
+    """Read an assignment's notebook for the rules; both folders as in ``Subject``.
 
     Raises:
         WrongUse: the notebook or its ``autograder.toml`` cannot be used.

@@ -26,7 +26,6 @@ MOST_KEYS = 64
 """Of one exercise: with more numbers beside the edge of a cell than give so many, none fits."""
 FORMAT = 9
 """Of an assignment's file: one more makes files of an older engine be made again."""
-_PRIVATE = 0o600
 Table = Mapping[str, str]
 """By half of a key, the label, which the key opens; empty where that is not one thing."""
 
@@ -90,17 +89,14 @@ def namer(folder: Path) -> Callable[[Submission, Result], Result]:
 
 def sentence(table: Table, keys: Sequence[str]) -> str:
     """Say what answers of these keys look like; empty where nothing fits, or two things do."""
-    said = {_opened(table[_place(key)], key) for key in keys if _place(key) in table}
+    closed = {key: bytes.fromhex(table[_place(key)]) for key in keys if _place(key) in table}
+    said = {_changed(text, key).decode(errors="replace") for key, text in closed.items()}
     return said.pop() if len(said) == 1 else ""
 
 
 def sealed(labels: Mapping[str, str]) -> dict[str, str]:
     """Return sentences by half of their keys, each so that the whole key opens it."""
     return {_place(key): _changed(text.encode(), key).hex() for key, text in labels.items()}
-
-
-def _opened(text: str, key: str) -> str:
-    return _changed(bytes.fromhex(text), key).decode(errors="replace")
 
 
 def _place(key: str) -> str:
@@ -155,7 +151,7 @@ def write_made(folder: Path, tests: Path, known: Known) -> None:
     Raises:
         GraderFailure: it cannot be written.
     """
-    durable.write(made_of(folder, tests), f"{json.dumps(asdict(known))}\n", mode=_PRIVATE)
+    durable.write(made_of(folder, tests), f"{json.dumps(asdict(known))}\n", private=True)
 
 
 def read_made(folder: Path, tests: Path) -> Known | None:

@@ -44,10 +44,7 @@ LOCKS = {
     "postgresql": "SELECT pg_advisory_xact_lock(774411902)",
 }
 """The first statement of a transaction that writes, by kind of database."""
-_SNAPSHOT = {
-    "sqlite": "BEGIN",
-    "postgresql": "SET TRANSACTION ISOLATION LEVEL REPEATABLE READ",
-}
+_SNAPSHOT = {"sqlite": "BEGIN", "postgresql": "SET TRANSACTION ISOLATION LEVEL REPEATABLE READ"}
 _PATIENCE = {"sqlite": {"timeout": "60"}, "postgresql": {"connect_timeout": "10"}}
 """Seconds: for another writer's transaction, and for a server that does not answer."""
 

@@ -70,11 +70,7 @@ def alike(raised: RaisedThere, *own: type[Exception]) -> Exception:
     """Make an exception that is caught by the builtin class that was raised on the other side.
 
     Only classes below Exception count, so that nothing raised there ends this side; and none
-    that ends a loop over ``map`` or ``zip`` as if it had seen all.
-
-    Args:
-        raised: what was told of it.
-        own: classes that it has besides.
+    that ends a loop over ``map`` or ``zip`` as if it had seen all. It has ``own`` ones besides.
     """
     known = (getattr(builtins, name, None) for name in raised.types if name not in _ENDS_OF_LOOPS)
     bases = [found for found in known if isinstance(found, type) and issubclass(found, Exception)]
@@ -265,13 +261,7 @@ class Channel(Conversation):
     """One side of a conversation over a pair of pipes."""
 
     def __init__(self, read_fd: int, write_fd: int, **options: Any) -> None:  # noqa: ANN401
-        """Take over two descriptors.
-
-        Args:
-            read_fd: where messages come in.
-            write_fd: where messages go out.
-            options: as in ``Conversation``.
-        """
+        """Take over two descriptors; the options are those of ``Conversation``."""
         super().__init__(**options)
         self._read_fd, self._write_fd = read_fd, write_fd
         os.set_blocking(read_fd, False)

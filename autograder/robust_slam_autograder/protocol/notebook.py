@@ -88,9 +88,7 @@ class Notebook:
     def compiled(self, tree: ast.Module, label: str) -> types.CodeType:
         """Compile what is about to run."""
         flags = self._future | ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
-        code: types.CodeType = compile(
-            tree, label, "exec", flags=flags, dont_inherit=True, optimize=0
-        )
+        code: types.CodeType = compile(tree, label, "exec", flags, dont_inherit=True, optimize=0)
         return code
 
     def _execute(self, tree: ast.Module, label: str) -> None:

@@ -72,7 +72,7 @@ def encode(value: object, export: Export) -> bytes:
     except (ValueError, TypeError, OverflowError, RecursionError, UnicodeError) as error:
         raise WireError(f"a value cannot cross: {error}") from error
     if not _is_small(value):
-        decode(data, _leave)
+        decode(data, lambda handle: _never)  # looked over, and no handle is of use
     return data
 
 
@@ -96,11 +96,6 @@ def _is_plain(value: object) -> bool:
     if type(value) is np.ndarray:
         return value.ndim <= MAX_DIMENSIONS and 0 < value.size <= _SMALL
     return type(value) in _PLAIN
-
-
-def _leave(handle: Handle) -> Callable[..., Any]:
-    """Resolve a handle to nothing of use, for a message that is only looked over."""
-    return _never
 
 
 def _never() -> NoReturn:

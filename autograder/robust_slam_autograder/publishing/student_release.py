@@ -20,12 +20,7 @@ from robust_slam_autograder.publishing import handout, secret_lines, staging, wh
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reading.source import (
-    compiled,
-    defined_names,
-    imports,
-    names_read,
-)
+from robust_slam_autograder.reading.source import compiled, defined_names, imports, names_read
 
 
 def release(

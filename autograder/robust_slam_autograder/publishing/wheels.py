@@ -16,6 +16,8 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from packaging.utils import canonicalize_name
+
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course, name_of
 from robust_slam_autograder.publishing.files import chosen, tracked
@@ -57,8 +59,8 @@ def build(course: Course, out: Path) -> dict[str, Path]:
                 "is no file of it that the public may have."
             )
     _build_of(course.root, names, list(packages.values()), out)
-    found = {_normal(path.name.split("-")[0]): path for path in out.glob("*.whl")}
-    return {name_of(package): found[_normal(name_of(package))] for package in packages}
+    found = {canonicalize_name(path.name.split("-")[0]): path for path in out.glob("*.whl")}
+    return {name_of(package): found[canonicalize_name(name_of(package))] for package in packages}
 
 
 def build_tracked(root: Path, folders: Sequence[str], out: Path) -> None:
@@ -154,7 +156,3 @@ def _record(files: Mapping[str, bytes], own: str) -> bytes:
 def _below(root: Path, folders: Sequence[str]) -> list[str]:
     paths = [path for folder in folders for path in (root / folder).rglob("*") if path.is_file()]
     return [path.relative_to(root).as_posix() for path in paths]
-
-
-def _normal(name: str) -> str:
-    return re.sub(r"[-_.]+", "_", name).lower()

@@ -71,12 +71,8 @@ def discrimination(
     """Return how well a case tells good submissions from weak ones, from -1 to 1.
 
     It is the point-biserial correlation of passing the case with all other points; None where
-    too few students say something, or all of them the same.
-
-    Args:
-        mine: the exercise of each submission.
-        which: the case.
-        whole: the points of each submission.
+    too few students say something, or all of them the same. Of each submission ``mine`` has the
+    exercise, and ``whole`` the points.
     """
     passed = [float(exercise.cases[which].passed) for exercise in mine]
     earned = [exercise.cases[which].earned for exercise in mine]

@@ -59,11 +59,9 @@ class Alike:
 
 
 def find(answers: Mapping[str, Mapping[str, str]], released: Mapping[str, str]) -> Alike:
-    """Find answers that are nearly one text.
+    """Find answers that are nearly one text, beside what students begin with.
 
-    Args:
-        answers: by exercise and student the code.
-        released: by exercise the code that students begin with.
+    Answers come by exercise and student, and what is released by exercise.
     """
     pairs: list[Pair] = []
     common: list[tuple[str, int]] = []

@@ -18,11 +18,7 @@ LASTS_SECONDS = 12 * 3600.0
 
 
 def settle(readable: Iterable[tuple[Path, bool]]) -> None:
-    """Read ahead whatever has an access time that the next reading would move.
-
-    Args:
-        readable: as from ``view.readable``.
-    """
+    """Read ahead what, of ``view.readable``, has an access time that a reading would move."""
     latest = time.time() - LASTS_SECONDS
     for path, whole in readable:
         with contextlib.suppress(OSError):  # what cannot be read cannot be moved either

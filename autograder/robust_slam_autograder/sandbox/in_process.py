@@ -95,12 +95,7 @@ class End(Conversation):
     """
 
     def __init__(self, around: Around, **options: Any) -> None:  # noqa: ANN401
-        """Make one side.
-
-        Args:
-            around: entered before a function of this side is called, and left after it.
-            options: as in ``Conversation``.
-        """
+        """Make one side: its functions run within ``around``; options as in ``Conversation``."""
         super().__init__(**options)
         self._around = around
         self._inbox: deque[bytes] = deque()

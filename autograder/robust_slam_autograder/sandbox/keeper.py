@@ -64,11 +64,7 @@ def keep(
 ) -> None:
     """Run an untrusted process until the other end of ``connection`` closes.
 
-    Args:
-        connection: to the trusted side; what goes wrong at the start is written to it.
-        pipes: standard input and output of the untrusted process.
-        launch: what it is started with.
-        server: the fork server, whose settings hold for all of its processes.
+    What goes wrong at the start is written there. The pipes become its standard input and output.
     """
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     for ignored in TERMINAL:

@@ -54,8 +54,7 @@ def missing(packages: Iterable[str]) -> list[str]:
 def find(packages: tuple[str, ...]) -> Packages:
     """Find the files of packages, of what they need, and of what the untrusted process needs.
 
-    Args:
-        packages: names to import; those that are not installed are passed over.
+    They are named as they are imported; those that are not installed are passed over.
     """
     wanted = [name for name in packages if not is_standard(name)]
     roots = [_distribution(name) for name in (*wanted, *NOTEBOOK_PACKAGES, *OWN_PACKAGES)]

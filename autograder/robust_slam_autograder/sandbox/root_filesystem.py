@@ -68,13 +68,9 @@ def steps(files: Files) -> tuple[tuple[Step, str], ...]:
         for parent in reversed(path.parents) if is_shown else ():
             if parent.is_relative_to(around) and parent != around and parent not in made:
                 made.add(parent)
-                found.append((_make, str(parent)))
+                found.append((lambda path, place: os.mkdir(place), str(parent)))
         found.append((_show if is_shown else _cover, str(path)))
     return tuple(found)
-
-
-def _make(path: str, place: str) -> None:
-    os.mkdir(place)
 
 
 def _show(path: str, place: str) -> None:

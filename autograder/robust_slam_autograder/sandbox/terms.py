@@ -91,9 +91,7 @@ def imports(launch: Launch) -> dict[str, Any]:
 def python_script(script: Path, settings: dict[str, Any]) -> list[str]:
     """Return the command that runs a script of ours with nothing of the user's around it.
 
-    Args:
-        script: the file.
-        settings: what it reads from its command line, as a Python literal.
+    The settings are on its command line, as a Python literal.
     """
     # The interpreter itself: a virtual environment's link may lead outside the wall.
     python = os.path.realpath(sys.executable)

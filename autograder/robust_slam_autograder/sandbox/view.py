@@ -37,12 +37,7 @@ class Files:
 
 
 def files(allowed: tuple[str, ...], withheld: tuple[str, ...]) -> Files:
-    """Find what student code may read here.
-
-    Args:
-        allowed: the packages that it may import.
-        withheld: modules that it may not.
-    """
+    """Find what student code may read here: of allowed packages all but withheld modules."""
     hidden = [*_standard_parts(), *(path for name in withheld for path in _files_of(name))]
     lists = (path for path in font_folder().glob("fontlist-v*.json") if path.is_file())
     return Files(
@@ -194,9 +189,7 @@ def _is_shown(path: Path, rules: Mapping[Path, bool]) -> bool:
 def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
     """Find the visible folder in which a path is, through links too; None where it is hidden.
 
-    Args:
-        path: a file or folder, which need not exist.
-        allowed: the packages that student code may import.
+    The path need not exist; packages are allowed as in ``files``.
     """
     shown = {place: one for one in _visible(allowed) for place in (one, one.resolve())}
     for place in (Path(os.path.abspath(path)), path.resolve()):

@@ -55,11 +55,7 @@ def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> 
     """Tell whether processes use more memory, threads or disk together than one sandbox may.
 
     Each open file counts as a socket that is full. Where the kernel counts threads itself it
-    stops them at half of what is allowed here.
-
-    Args:
-        processes: all of a sandbox.
-        scratch: its folder, where nothing else limits that one's size.
+    stops them at half of what is allowed here. A scratch folder counts where nothing limits it.
     """
     memory = threads = 0
     for process in processes:

@@ -40,12 +40,7 @@ def is_standard(module: str) -> bool:
 
 
 def refusal(module: str, packages: Sequence[str]) -> str | None:
-    """Say why student code may not import a module; None where it may.
-
-    Args:
-        module: its full name.
-        packages: what the assignment allows.
-    """
+    """Say why student code may not import a module where these packages are; None if it may."""
     top = module.partition(".")[0]
     allowed = [*packages, *NOTEBOOK_PACKAGES, "__main__"]
     allowed += [name for package in packages for name in _COMPANIONS.get(package, ())]

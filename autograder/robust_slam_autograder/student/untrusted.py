@@ -79,13 +79,7 @@ def main() -> None:
 
 
 def serve(withheld: Sequence[str], used: Sequence[str], packages: Sequence[str]) -> None:
-    """Answer calls on standard input and output until they close.
-
-    Args:
-        withheld: modules that may not be imported.
-        used: names that tests use.
-        packages: what student code may import beside the standard library.
-    """
+    """Answer calls on standard input and output until they close; arguments as in ``Launch``."""
     from robust_slam_autograder.protocol.channel import Channel, ChannelClosed
     from robust_slam_autograder.protocol.notebook import Notebook, do_nothing
     from robust_slam_autograder.student import imports

@@ -287,7 +287,7 @@ class TestCheck:
     @pytest.mark.parametrize(
         ("module", "config", "said"),
         [
-            ("xml.dom", 'withheld = ["xml.dom"]', "xml.dom is withheld in this assignment"),
+            ("xml.dom.pulldom", 'withheld = ["xml.dom"]', "xml.dom is withheld in this assi"),
             ("networkx", "", "networkx is not available in this assignment"),
             ("pytest", "", "pytest is not available in this assignment"),  # it is in memory
             ("networkx", 'packages = ["numpy", "networkx"]', None),

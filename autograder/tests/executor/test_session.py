@@ -57,13 +57,23 @@ def test_an_error_of_a_returned_function_is_caught_by_its_class(begin):
         inner()
 
 
-def test_after_a_fault_every_call_fails_until_the_next_cell(begin):
-    session = begin("import os\ndef f(): os._exit(0)\ndef g(): return 1\n")
-    names = session.bindings()
-    assert [fault_of(names[name]) for name in ("f", "g")] == ["died", "died"]
-    assert session.fault is not None
-    session.begin()
-    assert session.fault is None and names["g"]() == 1
+def test_an_exception_that_cannot_tell_itself_is_told(begin):
+    text = "class Mute(Exception):\n    def __str__(self): raise SystemExit\ndef f(): raise Mute\n"
+    with pytest.raises(StudentError) as caught:
+        begin(text).bindings()["f"]()
+    assert type(caught.value).__name__ == "Mute"
+
+
+def test_calls_nested_without_end_are_an_error(begin):
+    f = begin("def f(h): return h(h)\n").bindings()["f"]
+    with pytest.raises(StudentError, match="nested too deeply"):
+        f(deeper := lambda h: f(deeper))
+
+
+def test_threads_of_the_student_s_take_turns(begin):
+    text = "from concurrent.futures import ThreadPoolExecutor\n"
+    text += "def f(h):\n    with ThreadPoolExecutor(8) as pool: return [*pool.map(h, range(8))]\n"
+    assert begin(text).bindings()["f"](lambda n: n * n) == [n * n for n in range(8)]
 
 
 def test_a_forked_child_stays_out_of_the_conversation(begin):

@@ -8,7 +8,7 @@ import json
 import math
 import re
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -196,10 +196,6 @@ CELLS = st.builds(
 
 @fuzzed(200, st.lists(CELLS, max_size=8))
 def test_any_cells_are_sorted(cells):
-    check_sorted(cells)
-
-
-def check_sorted(cells: Sequence[Cell]) -> None:
     found = collect(notebook.Notebook(cells), TESTS)
     lines = iter([line for cell in cells for line in cell.source.split("\n")])
     for piece in found.pieces:  # in the notebook's order, and nothing else

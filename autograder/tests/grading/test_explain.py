@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from robust_slam_autograder.grading import explain, likely_causes
-from robust_slam_autograder.grading.results import Compared, ExerciseResult
+from robust_slam_autograder.grading.results import Compared
 from robust_slam_autograder.reading.assignment import Config
 
 from .. import toy
@@ -199,10 +199,3 @@ def test_an_assignments_own_causes_come_first():
     answer = "def double(x):\n    return np.linalg.inv(np.zeros((2, 2)))\n"
     config = Config(causes={"Singular matrix": "Fix one pose."})
     assert explained(answer, config) == "Fix one pose."
-
-
-def test_exercises_are_reported_as_they_end():
-    told: list[ExerciseResult] = []
-    result = toy.checked(toy.answer("def double(x): return 7\n"), report=told.append)
-    assert tuple(told) == result.exercises
-    assert told[0].message.splitlines()[1] == "Here, double(3) returned 7; expected 6."

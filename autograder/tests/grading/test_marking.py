@@ -17,12 +17,11 @@ from robust_slam_autograder.sandbox import Unsandboxed
 from .. import toy
 from ..as_user import ROOT, ended
 
-RIGHT = "def double(x):\n    return 2 * np.asarray(x)\n"
 POSITIVE = "def double(x):\n    return abs(2 * np.asarray(x))\n"
 DIES = "import os\ndef double(x): return 6 if x == 3 else os._exit(0)\n"
 
 
-def grade(double: str = RIGHT, tests: Assignment | None = None, seed: int = 3) -> Result:
+def grade(double: str = toy.RIGHT, tests: Assignment | None = None, seed: int = 3) -> Result:
     return toy.graded(toy.answer(double), tests, seed=seed)
 
 
@@ -83,7 +82,7 @@ def test_a_check_without_words_is_told_by_its_text():
 
 
 def test_a_missing_exercise_is_named():
-    result = toy.graded(toy.notebook([toy.cell(RIGHT, "double", solution=True)]))
+    result = toy.graded(toy.notebook([toy.cell(toy.RIGHT, "double", solution=True)]))
     assert exercise(result, "apply").status == "missing"
     assert "There is no cell apply" in exercise(result, "apply").message
     assert result.reason == "The cell apply was not found."
@@ -91,7 +90,7 @@ def test_a_missing_exercise_is_named():
 
 def test_an_exercise_that_earned_points_is_not_missing():
     """Nothing seems to define it, but something does: its status follows from its cases."""
-    hidden_away = RIGHT + f"exec({toy.APPLY!r}, globals())\n"
+    hidden_away = toy.RIGHT + f"exec({toy.APPLY!r}, globals())\n"
     value = toy.notebook([toy.cell(hidden_away, "double", solution=True)])
     assert toy.submission(value, toy.assignment()).missing == {"apply"}
     found = exercise(toy.graded(value), "apply")
@@ -164,7 +163,7 @@ def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time()
 @pytest.mark.parametrize(
     ("double", "is_doubtful"),
     [
-        (RIGHT, False),
+        (toy.RIGHT, False),
         ("def double(x):\n    return 7\n", False),
         ("def double(x):\n    while True: pass\n", True),
         ("def double(x):\n    return TWO * np.asarray(x)\n", True),

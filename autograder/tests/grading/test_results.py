@@ -13,7 +13,7 @@ from robust_slam_autograder.grading import results
 from robust_slam_autograder.reading.assignment import Config, Limits
 
 from .. import toy
-from ..reports.samples import HUNG, PARTLY, case, exercise, result
+from ..reports.samples import HUNG, PARTLY, case, compared, exercise, result
 
 BEFORE = json.loads(Path(__file__).with_name("first_schema.json").read_text("utf-8"))
 """Results as the grader of commit 8c0c81c wrote them."""
@@ -24,7 +24,8 @@ SUBMISSIONS = {
     "cem": toy.answer(toy.GUESS, "def apply(f, x, n):\n    while True: pass\n"),
     "dot": toy.answer(UNWRITTEN, "def apply(f, x, n):\n    return x, [x]\n"),
 }
-MARKED = result(PARTLY, HUNG, student="half \udcff")
+VALUES = exercise("values", "failed", compared("7", (1.0, 2.0, 3.0), (0.0, 2.0, 4.0)))
+MARKED = result(PARTLY, HUNG, VALUES, student="half \udcff")
 
 
 def test_a_case_keeps_how_it_ended(tmp_path):
@@ -32,7 +33,7 @@ def test_a_case_keeps_how_it_ended(tmp_path):
     value = json.loads(path.read_text("utf-8"))
     assert value["schema"] == 2
     endings = [[one["ending"] for one in each["cases"]] for each in value["exercises"]]
-    assert endings == [["passed", "failed"], ["passed", "timeout", "timeout"]]
+    assert endings == [["passed", "failed"], ["passed", "timeout", "timeout"], ["failed"]]
     assert results.read(path) == MARKED
     assert [file.name for file in path.parent.iterdir()] == ["07-toy.json"]
 
@@ -55,6 +56,7 @@ def test_a_result_of_the_first_schema_is_read_as_if_it_were_graded_now(before, t
     assert results.read(path) == replace(now, **same)
 
 
+CURVES = re.compile(r'"curves": \[\s*\[.*?\]\s*\]', re.DOTALL)
 SPOILT: dict[str, Callable[[str], str]] = {
     "no JSON": lambda text: text[:1],
     "a list": lambda text: "[]",
@@ -68,7 +70,7 @@ SPOILT: dict[str, Callable[[str], str]] = {
     "points that are not earned": lambda text: re.sub('"earned": 0', '"earned": 5', text, count=1),
     "an exercise's own sum": lambda text: text.replace('"score": 5', '"score": 6', 2),
     "a score of its own": lambda text: text.replace('"score": 10,', '"score": 25,', 1),
-    "more than there is": lambda text: text.replace('"max_score": 25', '"max_score": 60', 1),
+    "more than there is": lambda text: text.replace('"max_score": 30', '"max_score": 60', 1),
     "a flag in words": lambda text: text.replace('"visible": true', '"visible": "no"', 1),
     "a number for a text": lambda text: re.sub('"reason": "[^"]*"', '"reason": 7', text, count=1),
     "an ending of its own": lambda text: text.replace('"timeout"', '"lost"'),
@@ -77,6 +79,12 @@ SPOILT: dict[str, Callable[[str], str]] = {
     "a newer schema": lambda text: text.replace('"schema": 2', '"schema": 3'),
     "another student's": lambda text: text.replace('"student": "half', '"student": "bob'),
     "another assignment's": lambda text: text.replace("07-toy", "08-toy"),
+    "a number for a value": lambda text: text.replace('"yours": "7"', '"yours": 7'),
+    "one curve": lambda text: CURVES.sub('"curves": [[1.0, 2.0]]', text),
+    "curves of two lengths": lambda text: CURVES.sub('"curves": [[1.0, 2.0], [1.0]]', text),
+    "curves of words": lambda text: CURVES.sub('"curves": [["a"], ["b"]]', text),
+    "a number for curves": lambda text: CURVES.sub('"curves": 7', text),
+    "a value of its own": lambda text: text.replace('"yours"', '"more": "x", "yours"'),
 }
 
 

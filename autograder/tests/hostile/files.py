@@ -149,10 +149,6 @@ def _two(target: Target, place: Place) -> None:
         (place.folder / target.file).rename(place.folder / name)
 
 
-def _none(target: Target, place: Place) -> None:
-    place.folder.mkdir(parents=True)
-
-
 def _names_another(notebook: Notebook, target: Target) -> None:
     names = {"student": f"../{NEIGHBOUR}", "name": f"../../{NEIGHBOUR}/{target.name}"}
     notebook["metadata"].update(names)
@@ -188,7 +184,7 @@ FILES = [
     Entry("a-named-pipe", "broken: fifo", "refused", _named_pipe),
     Entry("a-directory", "broken: directory", "refused", _directory),
     Entry("two-notebooks", "broken: two notebooks", "refused", _two),
-    Entry("no-notebook", "broken: name", "refused", _none),
+    Entry("no-notebook", "broken: name", "refused", lambda _, at: at.folder.mkdir(parents=True)),
     Entry("ada..%2e%2e%2f..neighbour-0", "broken: dots in an id", "full", correct.plain),
     changed("says-another-name", "broken: dots in an id", "full", _names_another),
     Entry("Ünï-çødé-学生-🎓", "broken: unicode in an id", "full", correct.plain),

@@ -1,6 +1,6 @@
 """Judges marks, by whichever grader: plain data in, sentences out."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from .entry import Entry
 from .target import Target
@@ -31,13 +31,10 @@ def inflated(entry: Entry, marks: All, target: Target, baselines: Iterable[str])
         return f"{entry.name} earned all points of {target.victim}"
     if entry.bound == "wrong":
         plain = [*baselines, *([entry.twin] if entry.twin else [])]
-        gained = [key for key in victims if mine.get(key, 0) > _best(key, plain, marks)]
+        allowed = {key: max(marks.get(n, {}).get(key, 0) for n in plain) for key in victims}
+        gained = [key for key in victims if mine.get(key, 0) > allowed[key]]
         return f"{entry.name} earned {', '.join(gained)}" if gained else ""
     return ""
-
-
-def _best(key: str, names: Sequence[str], marks: All) -> float:
-    return max(marks.get(name, {}).get(key, 0) for name in names)
 
 
 def under_graded(entry: Entry, marks: All, target: Target) -> str:

@@ -121,7 +121,7 @@ def test_a_roster_in_another_language_is_read_by_the_columns_that_are_named(tmp_
     status, out, err = collect("moodle", files, roster=dutch)
     assert (status, out) == (2, "") and "There are Voornaam, Achternaam, Email" in err
     assert "wanted are First name and Last name" in err and written(tmp_path) == {}
-    assert collect("moodle", files, "--name", "Voornaam", "Achternaam", roster=dutch)[0] == 0
+    assert collect("moodle", files, "--name", " Voornaam", "Achternaam", roster=dutch)[0] == 0
     assert collect("moodle", files, "--name", "Naam", roster=dutch)[0] == 2
     german = MOODLE.replace("First name,Last name", "Vorname,Nachname")
     assert collect("moodle", files, roster=german)[0] == 0

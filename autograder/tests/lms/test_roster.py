@@ -69,13 +69,6 @@ def test_what_is_no_table_is_named_with_its_line(tmp_path, text, line, words):
         roster.read(path)
 
 
-def test_a_missing_column_is_told_with_those_that_there_are(tmp_path):
-    read = roster.read(written(tmp_path, PLAIN))
-    assert read.column(" Mail", "--match") == 1
-    with pytest.raises(WrongUse, match=r"no column 'Email' for --match; there are Name, Mail"):
-        read.column("Email", "--match")
-
-
 def test_a_student_stands_there_once_and_who_has_no_name_there_is_no_one(tmp_path):
     decomposed = "A\u030asa"
     read = roster.read(written(tmp_path, f"{PLAIN}{decomposed},else\nEve,\nDan,\n"))

@@ -48,12 +48,6 @@ def mark(graded, autograder):
     return lambda *arguments: autograder("mark", "ada", toy.NAME, *arguments)
 
 
-def api(course: Path) -> NbGraderAPI:
-    read_warily()
-    config = nbgrader_settings(str(course))
-    return NbGraderAPI(CourseDirectory(config=config), config=config)
-
-
 def everywhere(course: Path, autograder: Run) -> dict[str, tuple[float, float]]:
     """Ada's points and the most, as each door tells them."""
     assert autograder("feedback")[0] == autograder("report")[0] == 0
@@ -64,7 +58,10 @@ def everywhere(course: Path, autograder: Run) -> dict[str, tuple[float, float]]:
     page = (course / "class" / "feedback" / "ada" / f"{toy.NAME}.html").read_text()
     nbgraders = (course / "class" / "feedback" / "ada" / toy.NAME / f"{toy.NAME}.html").read_text()
     of_student = (course / "class" / "report" / "students" / "ada.html").read_text()
-    listed = api(course).get_submissions(toy.NAME)
+    read_warily()
+    config = nbgrader_settings(str(course))
+    formgraders = NbGraderAPI(CourseDirectory(config=config), config=config)
+    listed = formgraders.get_submissions(toy.NAME)
     (submission,) = [one for one in listed if one["student"] == "ada"]
     assert submission["autograded"]
     texts = {

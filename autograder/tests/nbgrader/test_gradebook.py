@@ -12,7 +12,6 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.nbgrader import database as place
 from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.nbgrader.database import url_of
-from robust_slam_autograder.reading import submission
 
 from .. import toy
 from ..grading.disks import full_disk
@@ -73,29 +72,6 @@ def test_nbgraders_own_gradebook_is_taken_over(database):
     assert sum(course.rows(database, "score")["ada"].values()) == 20
     with Gradebook(url_of(database)) as book:
         assert book.find_student("ada").first_name == "Ada"
-
-
-def test_what_a_person_marks_is_declared_and_waits(database):
-    gradebook.record(database, [with_text()], [marked("ada", FULL)])
-    with Gradebook(url_of(database)) as book:
-        assert book.find_assignment(toy.NAME).max_score == 25
-        notebook = book.find_notebook(toy.NAME, toy.NAME)
-        assert [cell.max_score for cell in notebook.task_cells] == [2]
-        assert {cell.name for cell in notebook.solution_cells} == {"double", "apply", "why"}
-        submission = book.find_submission(toy.NAME, "ada")
-        assert submission.score == 20 and submission.max_score == 25
-        assert submission.needs_manual_grade
-    assert course.rows(database, "auto_score")["ada"]["why"] is None
-
-
-def test_an_absent_answer_does_not_wait_for_a_person(database):
-    written = {"ada": "", "ben": f" {course.RELEASED_WHY}\n", "cem": "Because."}
-    texts = {name: {"why": submission.digest(text)} for name, text in written.items()}
-    marks = [replace(marked(name, FULL), texts=own) for name, own in texts.items()]
-    gradebook.record(database, [with_text()], marks)
-    scores, comments = (course.rows(database, what) for what in ("auto_score", "comment"))
-    assert {name: scores[name]["why"] for name in written} == {"ada": 0, "ben": 0, "cem": None}
-    assert comments["ada"]["why"] == comments["ben"]["why"] == gradebook.NO_ANSWER
 
 
 def test_what_a_person_entered_is_never_lost(database):

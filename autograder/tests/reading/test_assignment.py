@@ -8,7 +8,7 @@ import pytest
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
-from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config
 
 from .. import toy
 
@@ -21,20 +21,6 @@ def from_cells(*cells: dict[str, Any]) -> Assignment:
 
 def solution(text: str, grade_id: str) -> dict[str, Any]:
     return toy.cell(text, grade_id, solution=True)
-
-
-def test_the_toy_assignment_is_read_as_it_is_meant(tmp_path):
-    tree = toy.make_tree(tmp_path, 'withheld = ["a.b"]\n[limits]\ncall_seconds = 1\n')
-    tests = assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
-    assert tests.name == tests.notebook == toy.NAME
-    assert tests.exercises == tests.names == ("double", "apply")
-    assert tests.max_score == toy.MOST
-    assert [case.name for case in tests.cases] == ["by-hand", "random", "by-hand", "twice"]
-    assert [case.has_hidden for case in tests.cases] == [False, True, False, True]
-    assert tests.cases[1].hint == "Try negative numbers."
-    assert toy.CANARY not in tests.cases[1].visible and toy.CANARY in tests.cases[1].full
-    assert tests.config.withheld == ("a.b",)
-    assert tests.config.limits == Limits(call_seconds=1)
 
 
 def test_a_case_belongs_to_the_longest_name_that_fits():

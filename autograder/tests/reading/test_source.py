@@ -119,13 +119,6 @@ def test_names_are_those_that_the_top_level_binds():
     assert source.imports(text) == "import a"
 
 
-@pytest.mark.parametrize("text", ["def f(:", "(" * 1000, "-" * 100_000 + "1", "a\0b"])
-def test_text_that_is_no_python_defines_nothing(text):
-    assert source.defined_names(text) == []
-    assert source.imports(text) == ""
-    assert isinstance(source.plain_python(text), str)
-
-
 def test_magics_become_python_and_keep_the_lines():
     assert source.plain_python("%%time\nx = 1\n") == "\nx = 1\n"
     assert source.plain_python("%%bash\nrm -rf /\n") == ""

@@ -25,10 +25,6 @@ def marked(marks: Sequence[float], most: float = 60) -> Report:
     return report(*(replace(one, max_score=most) for one in results))
 
 
-def labels(made: Report) -> list[tuple[str, int]]:
-    return [(found.label, found.students) for found in made.marks.bins if found.students]
-
-
 class TestMarks:
     @pytest.mark.parametrize(
         ("marks", "most", "wanted"),
@@ -43,7 +39,8 @@ class TestMarks:
         ],
     )
     def test_labels_say_what_is_in_a_bin(self, marks, most, wanted):
-        assert labels(marked(marks, most)) == wanted
+        bins = marked(marks, most).marks.bins
+        assert [(found.label, found.students) for found in bins if found.students] == wanted
 
     @given(MARKS)
     def test_every_mark_is_in_the_one_bin_that_says_so(self, marks):
@@ -111,17 +108,6 @@ class TestExercises:
 
 class TestVersions:
     """Marks that different tests gave are not mixed."""
-
-    def test_the_most_common_one_is_shown_and_the_others_are_told(self):
-        old = [result(EASIER, student=f"old{n}") for n in range(2)]
-        made = report(*old, *CLASS)
-        assert made.graded == 6
-        assert made.marks.students == 4 and made.marks.max_score == 20
-        (other,) = made.others
-        assert other.students == 2
-        totals, names = other.differences
-        assert totals == "10 points in all in place of 20"
-        assert names == "without the exercise apply"
 
     @pytest.mark.parametrize(
         ("other", "said"),
@@ -229,12 +215,6 @@ class TestAttention:
     def test_no_points_of_none_need_no_attention(self):
         free = exercise("free", "passed", case("first", points=0))
         assert report(result(free)).attention == ()
-
-    def test_links_are_those_that_there_are(self):
-        nothing = [result(samples.UNWRITTEN, student=name) for name in ("ada", "ben")]
-        made = report(*nothing, links={"ben": "b.html"})
-        assert [one.link for one in made.attention[0].list] == ["", "b.html"]
-        assert [one.link for one in made.time.slowest] == ["", "b.html"]
 
 
 def test_the_slowest_are_named_and_refusals_take_no_part():

@@ -1,15 +1,12 @@
 """What a student reads: plain sentences, the hint and no more."""
 
 import itertools
-import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from robust_slam_autograder import cli
-from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import recording
 from robust_slam_autograder.reading.assignment import Config
@@ -135,25 +132,6 @@ class TestValues:
         assert random.message == "Try negative numbers." and random.values is None
         wrong = page(toy.graded(toy.answer("def double(x):\n    return 7\n")))
         assert next(c.values.yours for e in wrong.exercises for c in e.cases if c.values) == "7"
-
-    @pytest.mark.parametrize(
-        ("field", "value"),
-        [
-            ("yours", 7),
-            ("curves", [[1.0, 2.0]]),
-            ("curves", [[1.0, 2.0], [1.0]]),
-            ("curves", [["a"], ["b"]]),
-            ("curves", 7),
-            ("more", "x"),
-        ],
-    )
-    def test_a_spoilt_one_is_no_result(self, tmp_path, field, value):
-        path = results.write(tmp_path, samples.told("7"))
-        spoilt = json.loads(path.read_text("utf-8"))
-        spoilt["exercises"][0]["cases"][2]["compared"][field] = value
-        path.write_text(json.dumps(spoilt), encoding="utf-8")
-        with pytest.raises(WrongUse, match="is no result file"):
-            results.read_checked(path)
 
 
 class TestChapter:

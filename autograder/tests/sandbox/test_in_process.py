@@ -13,11 +13,11 @@ from robust_slam_autograder.sandbox import InProcess, Unsandboxed
 from .. import sessions
 
 CELLS = (
-    "import numpy as np\ndef f(x):\n    return 2 * np.asarray(x)\n",
+    "import numpy as np\ndef f(x):\n    return 2 * np.asarray(x)\ndef same(x):\n    return x\n",
     "def g(h, x):\n    return h(h(x))\nvalue = (1, [2.5, 'three'], {'four': np.arange(3)})\n",
     "def stops(x):\n    raise ValueError(f'not {x}')\ndef ends():\n    exit()\n",
 )
-NAMES = ("f", "g", "value", "stops", "ends", "missing")
+NAMES = ("f", "g", "same", "value", "stops", "ends", "missing")
 
 
 @pytest.fixture(params=[InProcess, Unsandboxed], ids=["one process", "two processes"])
@@ -28,11 +28,12 @@ def wall(request):
 def test_values_and_functions_cross_as_copies(wall):
     with sessions.started(*CELLS, names=NAMES, wall=wall) as session:
         found = session.bindings()
-        assert sorted(found) == ["ends", "f", "g", "stops", "value"]
+        assert sorted(found) == ["ends", "f", "g", "same", "stops", "value"]
         np.testing.assert_array_equal(found["f"]([1, 2]), [2, 4])
         given = np.ones(3, dtype=np.float32)
         assert found["f"](given).dtype == np.float64
         assert found["g"](lambda x: x + 1, 3) == 5
+        assert found["same"](abs) is abs and found["g"](found["same"], 3) == 3
         assert found["value"][:2] == (1, [2.5, "three"])
         with pytest.raises(TypeError, match="cannot cross"):
             found["f"](object())

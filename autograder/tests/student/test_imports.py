@@ -75,16 +75,6 @@ def test_the_module_of_a_cell_is_as_ever_but_for_imports():
     assert run_as_student(text) == set()
 
 
-def test_a_withheld_module_keeps_its_own_sentence():
-    finder = imports.Withheld(["xml.dom"])
-    sys.meta_path.insert(0, finder)
-    try:
-        with pytest.raises(ImportError, match=r"xml\.dom is withheld"):
-            run_as_student("import xml.dom.pulldom", withheld=("xml.dom",))
-    finally:
-        sys.meta_path.remove(finder)
-
-
 def test_other_packages_seem_not_to_be_installed():
     """So that a library that uses one where it is there does in a server as behind the wall."""
     text = (

@@ -168,14 +168,11 @@ def turned(stage: str, by: float) -> Outcome:
     if stage != "places":
         raise ValueError(f"stage: {stage!r}; use 'odometry', 'places' or 'certificate'.")
     other, is_one, _ = town(kind="aliased", count=24)
-    mistaken = [getattr(other, name)[is_one][: int(by)] for name in _CLOSURE]
+    mistaken = [getattr(other, name)[is_one][: int(by)] for name in pose_graph.ROWS[:3]]
     joined = pose_graph.with_closures(graph, *mistaken)
     return _by_pipeline(
         joined, np.arange(len(joined.edges)) >= len(graph.edges) - is_outlier.sum()
     )
-
-
-_CLOSURE = ("edges", "measurement", "information")
 
 
 def _by_pipeline(graph: PoseGraph, is_outlier: Mask) -> Outcome:

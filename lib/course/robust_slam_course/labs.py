@@ -20,7 +20,7 @@ from robust_slam.graphs import (
 )
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.outliers import add_aliased_closures
-from robust_slam.graphs.pose_graph import select, with_closures
+from robust_slam.graphs.pose_graph import ROWS, select, with_closures
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.recogniser import Recognised, recognised
@@ -34,7 +34,6 @@ KINDS = ("random", "local", "agreeing")
 PERCENTS = range(0, 100, 10)
 """The shares of outliers among the closures."""
 _NEWTON = 20
-_EDGE = ("edges", "measurement", "information", "is_odometry")
 
 
 def late_town() -> tuple[PoseGraph, Array]:
@@ -60,7 +59,7 @@ def in_order(graph: PoseGraph, arrives: int) -> Indices:
 
 def edge(graph: PoseGraph, k: int) -> dict[str, Any]:
     """Return edge ``k`` of ``graph`` by its names, as ``GrowingMap.add`` takes it."""
-    return {name: getattr(graph, name)[[k]] for name in _EDGE}
+    return {name: getattr(graph, name)[[k]] for name in ROWS}
 
 
 def ring(seed: int) -> tuple[PoseGraph, Mask, Array]:

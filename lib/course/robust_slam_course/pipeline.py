@@ -22,14 +22,12 @@ from robust_slam.certificates import Certificate, certify
 from robust_slam.consistency import pcm
 from robust_slam.consistency.pairwise import PcmResult
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels
-from robust_slam.estimators.graduation import start_mu
 from robust_slam.estimators.result import Result
 from robust_slam.graphs import PoseGraph, dead_reckoning
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
+from robust_slam.solver.candidates import readmitted
 
-_REACH = 5.0
-"""A rejected closure may return if its residual is at most so many thresholds."""
 _ROUGH = 1e-3
 """The ``tol`` of stages whose result another one takes on."""
 
@@ -81,20 +79,9 @@ def solve(graph: PoseGraph, probability: float = 0.99) -> Solved:
 def _decided(problem: PoseGraphProblem, threshold: float) -> Result[Array]:
     """Return the result of truncated least squares over all edges, from the guess.
 
-    Inliers that were rejected pull on the map only when they return, so at first closures
-    count up to ``_REACH`` thresholds. Where that does not lower the cost, the guess remains.
-
-    Source: Yang et al. 2020 for the surrogate and, Remark 5, its first μ; its use to take
-    closures back is derived here.
+    Rejected closures near it return first. Where that does not lower the cost, the guess remains.
     """
-    norms = problem.residual_norms(problem.guess)
-    near = ~problem.trusted & (norms > threshold) & (norms < _REACH * threshold)
-    maps = [problem.guess]
-    if np.any(near):
-        # Weights are above 0 up to _REACH thresholds, or to √2 of the largest norm if less.
-        widest = start_mu(float(np.max(norms[near])), threshold)
-        mu = max(1.0 / (_REACH**2 - 1.0), widest)
-        maps.append(gnc(problem, threshold, x0=problem.guess, mu0=mu, tol=_ROUGH).x)
+    maps = problem.guess, readmitted(problem, problem.guess, threshold)
 
     def cost(poses: Array) -> float:
         norms = problem.residual_norms(poses)

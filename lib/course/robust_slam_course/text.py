@@ -12,11 +12,9 @@ CHANGED = (
 def check_text(*holds: ArrayLike) -> None:
     """Print a sentence if the text does not hold for what a cell has computed.
 
-    A reader may change the data of an example, and sees what they give. What holds for all data
-    is an ``assert``; that the text holds for the book's data is a test of the book.
-
-    Args:
-        *holds: Whether the cell gives what the text says; all of an array has to hold.
+    All of `holds` has to hold, and of an array all entries. A reader may change the data of an
+    example, and sees what they give. What holds for all data is an ``assert``; that the text holds
+    for the book's data is a test of the book.
     """
     if not all(map(np.all, holds)):
         print(CHANGED)

@@ -160,7 +160,8 @@ def descend(
         if trial is None:
             stop = Stop.TIME_LIMIT if deadline.passed else Stop.ROUNDING
             return Descent(tuple(history), stop)
-        rounding = not step.at_edge and _is_rounding(point, trial)
+        flat = point.stationarity < _FLAT and trial.stationarity > 0.5 * point.stationarity
+        rounding = flat and not step.at_edge
         if not rounding or trial.stationarity < point.stationarity:
             history.append(trial)
         if rounding:
@@ -168,10 +169,6 @@ def descend(
         if step.decrease < least_decrease * point.cost:
             return Descent(tuple(history), Stop.FLAT)
     return Descent(tuple(history), Stop.ITERATION_LIMIT)
-
-
-def _is_rounding(point: Point, trial: Point) -> bool:
-    return point.stationarity < _FLAT and trial.stationarity > 0.5 * point.stationarity
 
 
 @dataclass(frozen=True, eq=False)

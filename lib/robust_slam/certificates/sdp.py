@@ -152,7 +152,7 @@ def round_solution(Z: ArrayLike, d: int) -> Array:
     if votes < 0 or (votes == 0 and not positive[0]):
         factor[0] *= -1.0
     rotations = nearest_rotations(_blocks(factor))
-    return _row(rotations[0].T @ rotations)
+    return np.asarray(np.moveaxis(rotations[0].T @ rotations, 0, 1).reshape(d, -1))
 
 
 def is_tight(Z: ArrayLike, Q: ArrayLike, R: ArrayLike, tol: float = 1e-5) -> bool:
@@ -174,7 +174,7 @@ def is_tight(Z: ArrayLike, Q: ArrayLike, R: ArrayLike, tol: float = 1e-5) -> boo
     relaxed = _quadratic(Z, d, "Z")
     if relaxed.shape != cost.shape:
         raise ValueError(f"Z: the shape is {relaxed.shape}, and that of Q {cost.shape}")
-    gap = _cost(cost, rotations) - float(np.sum(cost * relaxed))
+    gap = float(np.sum((rotations @ cost) * rotations)) - float(np.sum(cost * relaxed))
     scale = float(np.linalg.norm(cost, 2))
     return numerical_rank(relaxed, tol) == d and abs(gap) <= tol * scale
 
@@ -195,10 +195,10 @@ def dense_certificate(Q: ArrayLike, R: ArrayLike) -> tuple[Array, Array]:
     Source: Rosen et al. 2019, equations (107) and (112) and Theorem 7.
     """
     cost, rotations = _cost_and_row(Q, R)
-    S = cost.copy()
-    for k, block in enumerate(_multipliers(cost, rotations)):
-        at = slice(k * len(block), (k + 1) * len(block))
-        S[at, at] -= block
+    S, d = cost.copy(), len(rotations)
+    for k, block in enumerate((cost @ rotations.T).reshape(-1, d, d) @ _blocks(rotations)):
+        at = slice(k * d, (k + 1) * d)
+        S[at, at] -= 0.5 * (block + block.T)
     return S, np.asarray(np.linalg.eigvalsh(S), dtype=np.float64)
 
 
@@ -217,26 +217,10 @@ def suboptimality(Q: ArrayLike, R: ArrayLike) -> float:
     return max(0.0, -eigenvalues.size * float(eigenvalues[0]))
 
 
-def _cost(Q: Array, R: Array) -> float:
-    return float(np.sum((R @ Q) * R))
-
-
-def _multipliers(Q: Array, R: Array) -> Array:
-    """Return the blocks ``(n, d, d)`` of Λ = SymBlockDiag(Q RᵀR)."""
-    d = len(R)
-    product = (Q @ R.T).reshape(-1, d, d) @ _blocks(R)
-    return np.asarray(0.5 * (product + np.swapaxes(product, 1, 2)))
-
-
 def _blocks(R: Array) -> Array:
     """Return the blocks ``(n, d, d)`` of R ``(d, dn)``."""
     d = len(R)
     return np.moveaxis(R.reshape(d, -1, d), 1, 0)
-
-
-def _row(blocks: Array) -> Array:
-    """Return R ``(d, dn)`` with the given blocks ``(n, d, d)`` side by side."""
-    return np.moveaxis(blocks, 0, 1).reshape(blocks.shape[-1], -1)
 
 
 def _precisions(value: ArrayLike, m: int) -> Array:

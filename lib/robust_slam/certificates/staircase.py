@@ -71,9 +71,8 @@ def solve_certified(
     for _ in range(max_climbs):
         if found[1].verdict is Verdict.CERTIFIED:
             return found
-        if relaxed.direction is None:
-            return _stopped(found, Stop.LOOSE)
-        higher = climb(problem, blocks, relaxed.direction)
+        direction = relaxed.direction
+        higher = None if direction is None else climb(problem, blocks, direction)
         if higher is None:
             return _stopped(found, Stop.LOOSE)
         descent = descend(

@@ -49,7 +49,10 @@ def find_bridges(graph: PoseGraph, kept: Mask) -> Bridges:
         return Bridges(closures, closures)
     pairs, label, count = np.unique(joined, axis=0, return_inverse=True, return_counts=True)
     chosen = _tree(pairs, count)
-    samples = [_spread(closures[label == number]) for number in chosen]
+    samples = []
+    for own in (closures[label == number] for number in chosen):
+        spread = np.unique(np.linspace(0, own.size - 1, _COMPARED).astype(np.intp))
+        samples.append(own[spread])
     sampled = np.isin(np.arange(len(graph.edges)), np.concatenate(samples))
     totals = total_distances(graph, sampled)
     edges = [sample[np.argmin(totals[sample])] for sample in samples]
@@ -64,8 +67,3 @@ def _tree(pairs: Indices, count: Indices) -> Indices:
     rank[np.lexsort((np.arange(count.size), -count))] = np.arange(1, count.size + 1)
     tree = minimum_spanning_tree(coo_array((rank, pairs.T), shape=(size, size)).tocsr())
     return np.flatnonzero(np.isin(rank, tree.data))
-
-
-def _spread(closures: Indices) -> Indices:
-    """Return at most ``_COMPARED`` of the ``closures``, evenly spread."""
-    return closures[np.unique(np.linspace(0, closures.size - 1, _COMPARED).astype(np.intp))]

@@ -154,7 +154,11 @@ def _solve(joined: Mask, best: Indices, budget: int, deadline: Deadline) -> tupl
 
 def _split(joined: Mask, part: Indices, best: Indices) -> list[tuple[Indices, Indices]]:
     """Return the components of the complement of ``part``, each with its share of ``best``."""
-    pieces = [part[piece] for piece in _pieces(joined[np.ix_(part, part)])] if part.size else []
+    if not part.size:
+        return []
+    _, label = connected_components(~joined[np.ix_(part, part)], directed=False)
+    order = np.argsort(label, kind="stable")
+    pieces = np.split(part[order], np.flatnonzero(np.diff(label[order])) + 1)
     return [(piece, np.intersect1d(piece, best)) for piece in pieces]
 
 
@@ -230,13 +234,6 @@ def _dominator(v: int, near: Sequence[int], alive: int) -> int:
     for neighbour in islice(_members(own), _FEW):
         others &= near[neighbour]
     return next((1 << other for other in _members(others) if not own & ~near[other]), 0)
-
-
-def _pieces(joined: Mask) -> list[Indices]:
-    """Return the components of the complement."""
-    _, label = connected_components(~joined, directed=False)
-    order = np.argsort(label, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
 
 
 def _branch(

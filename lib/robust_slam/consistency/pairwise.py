@@ -43,8 +43,8 @@ Jr(e) e = e.
 Source: Mangelson, Dominic, Eustice and Vasudevan 2018; SLAM Handbook 2026, (3.6) to (3.8).
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -240,23 +240,18 @@ def pcm(
     closures = _chosen(graph, None)
     deadline = Deadline.after(max_seconds)
     blocks, complete = _compared(graph, closures, limit, deadline)
-    clique = _united([_largest(block, deadline) for block in blocks])
+    clique = _largest(blocks, deadline)
     kept = graph.is_odometry.copy()
     kept[closures[clique.members]] = True
     return PcmResult(kept, closures, tuple(blocks), clique, complete)
 
 
-def _largest(block: Block, deadline: Deadline) -> Clique:
-    """Return a largest clique of ``block``, as places among all closures."""
-    clique = max_clique(block.consistent, max_seconds=deadline.left)
-    return replace(clique, members=block.members[clique.members])
-
-
-def _united(cliques: Sequence[Clique]) -> Clique:
-    """Return the union of cliques of vertices that are joined to all other cliques."""
-    members = [np.empty(0, dtype=np.intp), *(clique.members for clique in cliques)]
-    proven = all(clique.proven for clique in cliques)
-    return Clique(np.sort(np.concatenate(members)), proven, sum(c.bound for c in cliques))
+def _largest(blocks: list[Block], deadline: Deadline) -> Clique:
+    """Return a largest clique of each block, united, as places among all closures."""
+    found = [max_clique(block.consistent, max_seconds=deadline.left) for block in blocks]
+    members = [b.members[clique.members] for b, clique in zip(blocks, found, strict=True)]
+    united = np.sort(np.concatenate([np.empty(0, dtype=np.intp), *members]))
+    return Clique(united, all(c.proven for c in found), sum(c.bound for c in found))
 
 
 def _chosen(graph: PoseGraph, closures: ArrayLike | None) -> Indices:
@@ -338,14 +333,10 @@ def _displacements(graph: PoseGraph, chosen: Indices) -> tuple[_Displacements, I
     own = _transformed(group.adjoint(end), covariance)
     accumulated = _accumulated(graph, forest, poses)
     adjoint = group.adjoint(group.inverse(move))
-    turned, turns = (_turning(each, group.DIMENSION) for each in (own, accumulated))
+    d, both = group.DIMENSION, (own, accumulated)
+    turned, turns = (np.trace(each[:, d:, d:], axis1=1, axis2=2) for each in both)
     world = _Displacements(ends, move, adjoint, own, accumulated, turned, turns, ancestors)
     return world, forest.part[ends]
-
-
-def _turning(covariance: Array, dimension: int) -> Array:
-    rotation = covariance[:, dimension:, dimension:]
-    return np.asarray(np.trace(rotation, axis1=1, axis2=2))
 
 
 def _odometry_forest(graph: PoseGraph) -> Forest:

@@ -10,16 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
-from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.descent.step import (
-    STEP_LIMIT,
-    Descent,
-    check_limits,
-    damping_factor,
-    increases,
-    is_small,
-)
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+from robust_slam.descent.normal_equations import NormalEquations, checked_start
+from robust_slam.descent.step import STEP_LIMIT, Descent, damping_factor, increases, is_small
+from robust_slam.graphs.pose_graph import PoseGraph
 
 _FIRST_DAMPING = 1e-4
 
@@ -45,11 +38,8 @@ def levenberg_marquardt(
     >>> round(cost(graph, levenberg_marquardt(graph, dead_reckoning(graph))), 1)
     11.2
     """
-    check_limits(tol, max_iterations)
-    start = check_poses("poses", poses, graph)
-    full = check_weights(weights, graph)
-    descent = descend_damped(NormalEquations(graph), start, full, tol, max_iterations)
-    return descent.converged_poses(max_iterations)
+    start = checked_start(graph, poses, weights, tol, max_iterations)
+    return descend_damped(*start, tol, max_iterations).converged_poses(max_iterations)
 
 
 def descend_damped(

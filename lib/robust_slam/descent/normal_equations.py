@@ -8,15 +8,11 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.sparse.pattern import (
-    BlockPattern,
-    PoseFactors,
-    find_pattern,
-    sum_by_pose,
-)
-from robust_slam.descent.step import Linearisation, Residuals, retract
+from robust_slam.descent.sparse.pattern import BlockPattern, PoseFactors, find_pattern, sum_by_pose
+from robust_slam.descent.step import Linearisation, Residuals, check_limits, retract
 from robust_slam.errors import singular
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -74,10 +70,10 @@ class NormalEquations:
         used = weights > 0.0
         if used.sum() > FULL_SHARE * used.size:
             return self, weights
-        if self._restricted is None or not _covers(self._restricted[0], used):
-            smaller = NormalEquations(pose_graph.select(self.graph, used))
-            self._restricted = used, smaller
-        mask, smaller = self._restricted
+        held = self._restricted
+        if held is None or np.any(used & ~held[0]) or used.sum() <= FULL_SHARE * held[0].sum():
+            held = self._restricted = used, NormalEquations(pose_graph.select(self.graph, used))
+        mask, smaller = held
         return smaller, weights[mask]
 
     def step(self, linearisation: Linearisation) -> Array:
@@ -144,9 +140,16 @@ class NormalEquations:
         return self.pattern.sum(pieces), gradient
 
 
-def _covers(mask: Mask, used: Mask) -> bool:
-    """Tell whether ``mask`` contains all ``used`` edges and few others."""
-    return not np.any(used & ~mask) and bool(used.sum() > FULL_SHARE * mask.sum())
+def checked_start(
+    graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None, tol: float, max_iterations: int
+) -> tuple[NormalEquations, Array, Array]:
+    """Return the equations of ``graph``, the ``poses`` ``(n, …)`` and the ``weights`` ``(m,)``.
+
+    All arguments are checked, with the errors of ``gauss_newton``.
+    """
+    check_limits(tol, max_iterations)
+    start = pose_graph.check_poses("poses", poses, graph)
+    return NormalEquations(graph), start, pose_graph.check_weights(weights, graph)
 
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:

@@ -9,16 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
-from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.descent.step import (
-    STEP_LIMIT,
-    Descent,
-    Linearisation,
-    check_limits,
-    increases,
-    is_small,
-)
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+from robust_slam.descent.normal_equations import NormalEquations, checked_start
+from robust_slam.descent.step import STEP_LIMIT, Descent, Linearisation, increases, is_small
+from robust_slam.graphs.pose_graph import PoseGraph
 
 _HALVINGS = 30
 
@@ -52,11 +45,8 @@ def gauss_newton(
     >>> round(cost(graph, first), 1), round(cost(graph, gauss_newton(graph, first)), 1)
     (619.0, 11.2)
     """
-    check_limits(tol, max_iterations)
-    start = check_poses("poses", poses, graph)
-    full = check_weights(weights, graph)
-    descent = descend_undamped(NormalEquations(graph), start, full, tol, max_iterations)
-    return descent.converged_poses(max_iterations)
+    start = checked_start(graph, poses, weights, tol, max_iterations)
+    return descend_undamped(*start, tol, max_iterations).converged_poses(max_iterations)
 
 
 def descend_undamped(
@@ -75,8 +65,12 @@ def descend_undamped(
         if is_small(step, current.poses, tol):
             last = equations.moved(current, step)
             return Descent(last.poses, last.cost, size, converged=True)
-        trial = _backtrack(equations, current, step)
-        if trial is current:
+        # The longest of step, step/2, step/4, … that does not increase the cost is taken.
+        for halvings in range(_HALVINGS):
+            trial = equations.moved(current, step * 0.5**halvings)
+            if not increases(trial.cost, current.cost):
+                break
+        else:
             there = _hidden_by_rounding(equations, current, step)
             return Descent(current.poses, current.cost, size, converged=there)
         current = trial
@@ -95,12 +89,3 @@ def _hidden_by_rounding(equations: NormalEquations, current: Linearisation, step
     total = np.sum(current.weights * trace)
     change = abs(equations.moved(current, step).cost - current.cost)
     return bool(change <= np.sqrt(2.0 * current.cost * total) * off)
-
-
-def _backtrack(equations: NormalEquations, current: Linearisation, step: Array) -> Linearisation:
-    """Take the longest of step, step/2, step/4, … that does not increase the cost."""
-    for halvings in range(_HALVINGS):
-        trial = equations.moved(current, step * 0.5**halvings)
-        if not increases(trial.cost, current.cost):
-            return trial
-    return current

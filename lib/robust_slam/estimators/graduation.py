@@ -69,10 +69,7 @@ def tls_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
 
     It is u²/2 below the lower bound of ``tls_weight``, c²/2 above the upper one, and
     c|u|√(μ(μ+1)) − μ(c² + u²)/2 between them, where its curvature is −μ. As μ → ∞ it
-    becomes ``kernels.tls``; it is convex only in the limit μ → 0.
-
-    Raises:
-        ValueError: as ``tls_weight``.
+    becomes ``kernels.tls``; it is convex only in the limit μ → 0. Errors are as of ``tls_weight``.
 
     Source: SLAM Handbook 2026, (3.24), and Yang et al. 2020, both without the ½.
     """
@@ -87,10 +84,8 @@ def tls_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
 def tls_process(w: ArrayLike, c: float, mu: float) -> Array:
     """Return the outlier process Φ of weights w in [0, 1], of any shape: ½ c² μ(1 − w)/(μ + w).
 
-    The minimum of w u²/2 + Φ(w) over w is the surrogate, attained at ``tls_weight``.
-
-    Raises:
-        ValueError: as ``tls_weight``.
+    The minimum of w u²/2 + Φ(w) over w is the surrogate, attained at ``tls_weight``, whose errors
+    it has.
 
     Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4, without the ½ there.
     """
@@ -107,8 +102,7 @@ def _middle(mu: float) -> float:
 def gm_weight(u: ArrayLike, c: float, mu: float) -> Array:
     """Return the weight of the Geman–McClure surrogate, (μc²/(u² + μc²))², of any shape.
 
-    Raises:
-        ValueError: as ``tls_weight``.
+    Errors are as of ``tls_weight``.
 
     Source: Yang et al. 2020, equation (12).
     """
@@ -119,9 +113,7 @@ def gm_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
     """Return the Geman–McClure surrogate ½ μc²u²/(μc² + u²), of any shape.
 
     It is the kernel with scale c√μ: convex for u² ≤ μc²/3, and the kernel itself at μ = 1.
-
-    Raises:
-        ValueError: as ``tls_weight``.
+    Errors are as of ``tls_weight``.
 
     Source: SLAM Handbook 2026, (3.25), and Yang et al. 2020, both without the ½.
     """
@@ -131,10 +123,8 @@ def gm_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
 def gm_process(w: ArrayLike, c: float, mu: float) -> Array:
     """Return the outlier process Φ of weights w in [0, 1], of any shape: ½ μc² (√w − 1)².
 
-    The minimum of w u²/2 + Φ(w) over w is the surrogate, attained at ``gm_weight``.
-
-    Raises:
-        ValueError: as ``tls_weight``.
+    The minimum of w u²/2 + Φ(w) over w is the surrogate, attained at ``gm_weight``. Errors are as
+    of ``tls_weight``.
 
     Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4, without the ½ there.
     """

@@ -95,10 +95,9 @@ def irls(
         raise TypeError(f"x0 is {x0}; give poses to start from; the scale is c={x0}")
     scale = threshold_of(problem, probability) if c is None else c
     given = as_kernel(kernel or loss, scale, "kernel" if loss is None else "loss")  # type: ignore[arg-type]  # one is there
-    rule = IrlsRule(given)
     return reweight(
         problem,
-        rule,
+        IrlsRule(given),
         x0,
         trusted=trusted,
         tol=tol,

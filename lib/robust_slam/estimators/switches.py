@@ -56,10 +56,8 @@ def switch(chi2: ArrayLike, lam: float) -> Array:
 def switched_cost(chi2: ArrayLike, lam: float) -> Array:
     """Return the minimum of s²χ² + λ(1 − s)² over s: λχ²/(λ + χ²) < λ, of any shape.
 
-    It has no ½: it is 2ρ(u) of ``kernels.geman_mcclure`` with c² = λ and u² = χ².
-
-    Raises:
-        ValueError: as ``switch``.
+    It has no ½: it is 2ρ(u) of ``kernels.geman_mcclure`` with c² = λ and u² = χ². Errors are as
+    of ``switch``.
 
     Source: derived here, by substituting s = λ/(λ + χ²) into the objective.
     """
@@ -118,8 +116,7 @@ def switchable(
     array([0.997, 0.998, 0.039])
     """
     c = threshold_of(problem, probability) if lam is None else sqrt(positive("lam", lam))
-    kernel = kernels.geman_mcclure(c)
-    return irls(problem, kernel, x0, tol=tol, max_iterations=max_iterations)
+    return irls(problem, kernels.geman_mcclure(c), x0, tol=tol, max_iterations=max_iterations)
 
 
 def joint_switchable(
@@ -204,8 +201,7 @@ def dcs(
     Source: Agarwal et al. 2013, the closed form of the scaling s.
     """
     c = threshold_of(problem, probability) if phi is None else sqrt(positive("phi", phi))
-    kernel = kernels.dcs(c)
-    return irls(problem, kernel, x0, tol=tol, max_iterations=max_iterations)
+    return irls(problem, kernels.dcs(c), x0, tol=tol, max_iterations=max_iterations)
 
 
 def _checked_damping(damping: float) -> float:

@@ -29,12 +29,7 @@ def chi_square_threshold(probability: float, dimension: int) -> float:
 
 
 def threshold_of(problem: object, probability: float) -> float:
-    """Return ``chi_square_threshold`` for the residuals of ``problem``.
-
-    Their dimension is that of ``dimension_of``.
-
-    Raises:
-        ValueError: ``probability`` is not inside (0, 1).
+    """Return ``chi_square_threshold`` of the ``dimension_of`` a problem, or its error.
 
     Source: Antonante et al. 2022.
     """

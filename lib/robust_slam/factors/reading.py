@@ -136,7 +136,8 @@ def _parsed(text: str, unknown: Unknown) -> FactorFile:
     _check_fixed(rows, layout, poses)
     landmarks = _landmarks(rows[layout.landmark], rows[layout.points], poses)
     ids = np.concatenate([poses.ids, landmarks])
-    sensors = _sensors(rows[_SENSOR]) if space else None
+    own = rows[_SENSOR]
+    sensors = dict(zip(own.ids[:, 0].tolist(), poses_of(own), strict=True)) if space else None
     graph = FactorGraph(
         relative=poses.graph,
         landmarks=landmarks.size,
@@ -192,10 +193,6 @@ def _landmarks(vertices: Rows, points: Rows, poses: GraphFile) -> Indices:
     idle = ~np.isin(given, used)
     vertices.refuse(idle, lambda k: f"landmark {given[k]} is in no edge; drop the line")
     return found
-
-
-def _sensors(rows: Rows) -> dict[int, Array]:
-    return dict(zip(rows.ids[:, 0].tolist(), poses_of(rows), strict=True))
 
 
 def _nodes(rows: Rows, column: int, ids: Indices, what: str) -> Indices:

@@ -159,12 +159,13 @@ def solve_factors(
             if ends and deadline.passed:
                 break
             tell(f"{name} descends")
-            x = _truncated(quick, descent(quick, quick.guess, deadline.left), deadline.left).x
+            x = descent(quick, quick.guess, deadline.left).x
+            x = _reweighted(kernels.tls, quick, x, deadline.left).x
             kept = quick.trusted | (quick.residual_norms(x) <= quick.threshold)
             ends[name] = x, evidence(equations, x, kept)
     best = max(ends.values(), key=lambda end: end[1])[0]
     last = FactorGraphProblem(whole, best, trusted, limits, tol=_LAST)
-    result = _truncated(last, best, deadline.left)
+    result = _reweighted(kernels.tls, last, best, deadline.left)
     equations.check_joined(result.weights)
     return FactorAnswer(
         graph=whole,
@@ -175,35 +176,27 @@ def solve_factors(
     )
 
 
-def _truncated(problem: FactorGraphProblem, x: Array, seconds: float) -> Result[Array]:
-    kernel = kernels.tls(problem.threshold)
-    tol = _TOL if problem.steps == 1 else _LAST
-    return irls(problem, kernel, x, tol=tol, max_iterations=_STEPS, max_seconds=seconds)
-
-
 def _reweighted(
     kernel: Callable[[float], kernels.Kernel],
     problem: FactorGraphProblem,
     x: Array,
     seconds: float,
-) -> Array:
-    scaled = kernel(problem.threshold)
-    return irls(problem, scaled, x, tol=_TOL, max_iterations=_STEPS, max_seconds=seconds).x
+) -> Result[Array]:
+    scaled, tol = kernel(problem.threshold), _TOL if problem.steps == 1 else _LAST
+    return irls(problem, scaled, x, tol=tol, max_iterations=_STEPS, max_seconds=seconds)
 
 
-def _huber_dcs(problem: FactorGraphProblem, x: Array, seconds: float) -> Array:
-    wide = _reweighted(kernels.huber, problem, x, seconds)
+def _huber_dcs(problem: FactorGraphProblem, x: Array, seconds: float) -> Result[Array]:
+    wide = _reweighted(kernels.huber, problem, x, seconds).x
     return _reweighted(kernels.dcs, problem, wide, seconds)
 
 
-def _gnc(problem: FactorGraphProblem, x: Array, seconds: float) -> Array:
-    return gnc(problem, problem.threshold, x0=x, tol=_TOL, max_seconds=seconds).x
-
-
-_DESCENTS: dict[str, Callable[[FactorGraphProblem, Array, float], Array]] = {
+_DESCENTS: dict[str, Callable[[FactorGraphProblem, Array, float], Result[Array]]] = {
     "Huber, DCS": _huber_dcs,
     "DCS": partial(_reweighted, kernels.dcs),
-    "GNC": _gnc,
+    "GNC": lambda problem, x, seconds: gnc(
+        problem, problem.threshold, x0=x, tol=_TOL, max_seconds=seconds
+    ),
 }
 """From a map, within the seconds that are left.
 

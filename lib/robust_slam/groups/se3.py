@@ -79,7 +79,8 @@ def exp(xi: ArrayLike) -> Array:
     second = _exp_coefficient(angle)
     cross = np.cross(phi, rho)
     position = rho + first[..., None] * cross + second[..., None] * np.cross(phi, cross)
-    return from_parts(_matrices(phi), position)
+    flat = Rotation.from_rotvec(phi.reshape(-1, 3)).as_matrix()
+    return from_parts(np.asarray(flat).reshape(*phi.shape, 3), position)
 
 
 def log(p: ArrayLike) -> Array:
@@ -135,11 +136,6 @@ def _twist(name: str, value: ArrayLike) -> Array:
 
 def _length(v: Array) -> Array:
     return np.asarray(np.sqrt(np.sum(v * v, axis=-1)))
-
-
-def _matrices(phi: Array) -> Array:
-    flat = Rotation.from_rotvec(phi.reshape(-1, 3)).as_matrix()
-    return np.asarray(flat).reshape(*phi.shape, 3)
 
 
 def _rotation_vectors(matrix: Array) -> Array:

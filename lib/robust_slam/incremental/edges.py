@@ -59,7 +59,7 @@ def checked(
     information: ArrayLike,
     is_odometry: ArrayLike | None,
 ) -> tuple[int, dict[str, NDArray[Any]]]:
-    """Return how many poses there are when edges join a graph of ``n``, and the checked rows.
+    """Return the number of poses when edges join a graph of ``n``, and checked rows ``(k, …)``.
 
     Raises:
         ValueError: as ``PoseGraph``.

@@ -31,13 +31,7 @@ from robust_slam.descent import start
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.pose_graph import (
-    PoseGraph,
-    check_graph,
-    check_poses,
-    select,
-    unreached,
-)
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses, select, unreached
 from robust_slam.progress import Progress, stages
 from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of

@@ -215,7 +215,7 @@ class Answer:
             *self._slip_notes(names),
             *self._session_notes(),
             *self._share_notes(),
-            *self._time_notes(),
+            *([_LATE] if self.late else []),
         ]
 
     def _support_notes(self, names: ArrayLike | None) -> list[str]:
@@ -272,12 +272,10 @@ class Answer:
         ]
 
     def _session_notes(self) -> list[str]:
+        if not self.bridges.edges.size:
+            return []
         sessions = self.bridges.edges.size + 1
-        return (
-            [f"The odometry leaves {sessions:,} sessions, joined by closures."]
-            if sessions > 1
-            else []
-        )
+        return [f"The odometry leaves {sessions:,} sessions, joined by closures."]
 
     def _lone_notes(self, names: ArrayLike | None) -> list[str]:
         ids = np.arange(self.graph.n) if names is None else np.asarray(names)
@@ -311,13 +309,9 @@ class Answer:
             )
         return lines
 
-    def _time_notes(self) -> list[str]:
-        if self.late:
-            return ["The time limit ended the computation: the map is the best one until then."]
-        return []
-
 
 _BENDS = ": it may have slipped there or nearby, which bends the map."
+_LATE = "The time limit ended the computation: the map is the best one until then."
 _HARMLESS = "; without it no pose would be elsewhere by more than closures tolerate."
 
 

@@ -203,11 +203,10 @@ class Search:
         if one.evidence <= 0.0 or 2 * kept <= self._count or one.near > _SOME * kept:
             return False
         claimed = bool(np.all(np.abs(np.log(one.found)) < np.log(_AS_CLAIMED)))
-        return one.misfits == 0 and (kept >= _MANY or (claimed and not self._lost(one)))
-
-    def _lost(self, one: Candidate) -> bool:
-        """Tell whether odometry with the noise of a map has lost its rotation at some pose."""
-        return accumulated_rotation(rescaled(self.graph, one.found), self.trusted) > _LOST
+        if one.misfits > 0 or kept >= _MANY:
+            return one.misfits == 0
+        own = rescaled(self.graph, one.found)
+        return claimed and accumulated_rotation(own, self.trusted) <= _LOST
 
     def _tried(self, name: str, scale: Array) -> Iterator[Candidate]:
         """Yield ``_settled``, or nothing where no time is left or the map is not determined."""
@@ -335,10 +334,6 @@ def _reweighted(
     ).x
 
 
-def _graduated(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
-    return gnc(problem, c, "tls", problem.guess, tol=TOL, max_seconds=seconds).x
-
-
 def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
     """Descend by GNC over what PCM keeps, from odometry or from a chordal map of it.
 
@@ -355,11 +350,13 @@ def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -
     x0 = min((problem.guess, *_trimmed(consistent)), key=truncated)
     fewer = Sparing(consistent, x0, problem.trusted[used], steps=1)
     poses = gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=deadline.left).x
-    return _readmitted(problem, poses, c, deadline.left)
+    return readmitted(problem, poses, c, deadline.left)
 
 
-def _readmitted(problem: PoseGraphProblem, poses: Array, c: float, seconds: float) -> Array:
-    """Return the poses that GNC reaches from ``poses`` over all closures near them.
+def readmitted(
+    problem: PoseGraphProblem, poses: Array, c: float, seconds: float = np.inf
+) -> Array:
+    """Return the poses that GNC reaches from ``poses`` ``(n, …)`` over all closures near them.
 
     Inliers that were rejected pull on the map only when they return, so at first closures
     count up to ``_REACH`` thresholds.
@@ -394,7 +391,9 @@ def _trimmed(graph: PoseGraph) -> Iterator[Array]:
 _DESCENTS: dict[str, Callable[[PoseGraphProblem, float, float], Array]] = {
     "DCS": partial(_reweighted, kernels.dcs),
     "GM": partial(_reweighted, kernels.geman_mcclure),
-    "GNC": _graduated,
+    "GNC": lambda problem, c, seconds: (
+        gnc(problem, c, "tls", problem.guess, tol=TOL, max_seconds=seconds).x
+    ),
     "PCM, GNC": _graduated_consistent,
 }
 """From odometry, with the threshold and the seconds that are left."""

@@ -72,15 +72,11 @@ def rescaled(graph: PoseGraph, factors: Array) -> PoseGraph:
     """Return ``graph`` with deviations that are its own times the ``factors`` ``(4,)``."""
     if np.all(factors == 1.0):
         return graph
-    rows = {name: getattr(graph, name) for name in ROWS}
-    return from_checked(graph.n, rows | {"information": rescaled_information(graph, factors)})
-
-
-def rescaled_information(graph: PoseGraph, factors: Array) -> Array:
-    """Return the information ``(m, D, D)`` of ``rescaled``."""
     each = 1.0 / np.array([factors[2:], factors[:2]])[graph.is_odometry.astype(int)]
     by_entry = each[:, _kinds(graph)]
-    return np.asarray(graph.information * by_entry[:, :, None] * by_entry[:, None, :])
+    information = graph.information * by_entry[:, :, None] * by_entry[:, None, :]
+    rows = {name: getattr(graph, name) for name in ROWS}
+    return from_checked(graph.n, rows | {"information": np.asarray(information)})
 
 
 def originals(graph: PoseGraph) -> Indices:
@@ -131,19 +127,15 @@ def noise_of(fit: Fitted, scale: ArrayLike = (1.0, 1.0, 1.0, 1.0)) -> Found:
     redundancy = np.maximum(counts - hat, 0.0)
     if redundancy.sum() < _LEAST:
         return Found(np.ones(4), redundancy)
-    claimed = np.asarray(squares * np.square(scale), dtype=np.float64)
-    return Found(_factors(claimed, redundancy) / np.asarray(scale), redundancy)
+    # Kinds of few redundancy share that of both kinds, or of all.
+    pools, claimed = _pools(redundancy), np.asarray(squares * np.square(scale), dtype=np.float64)
+    factors = np.maximum(np.sqrt((pools @ claimed) / (pools @ redundancy)), SMALLEST)
+    return Found(factors / np.asarray(scale), redundancy)
 
 
 def _kinds(graph: PoseGraph) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
     """Return for each entry of a residual ``(D,)`` whether it is a rotation: 0 or 1."""
     return (np.arange(graph.group.DOF) >= graph.group.DIMENSION).astype(np.intp)
-
-
-def _factors(squares: Array, redundancy: Array) -> Array:
-    """Return √(squares/redundancy), of few redundancy that of both kinds or of all."""
-    pools = _pools(redundancy)
-    return np.maximum(np.sqrt((pools @ squares) / (pools @ redundancy)), SMALLEST)
 
 
 def _pools(redundancy: Array) -> Mask:

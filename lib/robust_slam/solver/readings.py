@@ -113,10 +113,11 @@ def _promising(
     if graph.group.DIMENSION == 2 and np.median(deviations(graph)[1]) > _COARSE:
         degrees = _from_degrees(graph)
         if agree(degrees, threshold) > _IN_DEGREES * near.sum():
-            return [(_DEGREES, degrees)]
+            return [("with rotations and their information in degrees", degrees)]
     read = {words: change(graph) for words, change in READINGS.items()} | dict(others)
     if graph.group.DIMENSION == 3:
-        read[_W_FIRST] = replace(graph, measurement=rolled(graph.measurement, -1))
+        w_first = replace(graph, measurement=rolled(graph.measurement, -1))
+        read["with quaternions that begin with w"] = w_first
     for gamma in (threshold, 10.0 * threshold):
         counts = {words: agree(other, gamma) for words, other in read.items()}
         own = agree(graph, gamma)
@@ -156,8 +157,6 @@ def _from_degrees(graph: PoseGraph) -> PoseGraph:
     return replace(graph, measurement=graph.measurement * unit, information=information)
 
 
-_DEGREES = "with rotations and their information in degrees"
-_W_FIRST = "with quaternions that begin with w"
 READINGS: dict[str, Callable[[PoseGraph], PoseGraph]] = {
     "with i and j swapped in all edges": lambda g: _swapped(g, np.ones_like(g.is_odometry)),
     "with i and j swapped in the loop closures": lambda g: _swapped(g, ~g.is_odometry),

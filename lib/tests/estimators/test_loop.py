@@ -1,7 +1,6 @@
 """The loop: what it records, what it leaves to the rule, and when it stops."""
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ Z = np.array([0.0, 0.0, 0.0, 10.0])
 class HalvingRule:
     """A rule with a state: weight mu for a residual above 1, and mu is halved each step."""
 
-    last: float = 0.25
     seen: list[int] = field(default_factory=list)
 
     def start(self, norms):
@@ -35,7 +33,7 @@ class HalvingRule:
         return float(np.sum(norms))
 
     def finished(self, weights, state, settled):
-        return StopReason.CONVERGED if state <= self.last else None
+        return StopReason.CONVERGED if state <= 0.25 else None
 
 
 class SevereRule(HalvingRule):
@@ -60,17 +58,6 @@ def test_the_history_starts_at_least_squares_with_weights_1_and_no_mu():
     assert reweight(LocationProblem(Z), HalvingRule(), 7.0).history[0].x == 7.0
 
 
-def test_a_step_holds_the_weights_from_the_x_before_and_the_x_solved_with_them():
-    problem = LocationProblem(Z)
-    history = reweight(problem, HalvingRule()).history
-    assert [step.mu for step in history] == [None, 1.0, 0.5, 0.25]
-    for before, step in pairwise(history):
-        expected = HalvingRule().weights(problem.residual_norms(before.x), step.mu)
-        np.testing.assert_array_equal(step.weights, expected)
-        assert step.x == pytest.approx(np.average(Z, weights=step.weights), abs=1e-15)
-        assert step.cost == pytest.approx(np.abs(Z - step.x).sum(), abs=1e-12)
-
-
 def test_the_rule_sees_the_untrusted_alone_and_the_trusted_cost_half_their_square():
     rule = HalvingRule()
     trusted = np.array([True, False, False, True])
@@ -81,15 +68,6 @@ def test_the_rule_sees_the_untrusted_alone_and_the_trusted_cost_half_their_squar
         u = np.abs(Z - step.x) / 2.0
         expected = u[~trusted].sum() + (u[trusted] ** 2).sum() / 2
         assert step.cost == pytest.approx(expected, rel=1e-14)
-
-
-def test_a_rule_may_end_at_the_start_and_the_limit_on_iterations_is_kept():
-    rule = HalvingRule()
-    rule.start = lambda norms: StopReason.NOTHING_TO_REJECT
-    result = reweight(LocationProblem(Z), rule)
-    assert (result.stop, len(result.history), result.x) == (StopReason.NOTHING_TO_REJECT, 1, 2.5)
-    result = reweight(LocationProblem(Z), HalvingRule(last=0.0), max_iterations=3)
-    assert (result.stop, len(result.history)) == (StopReason.ITERATION_LIMIT, 4)
 
 
 def test_when_all_is_rejected_the_last_x_is_kept_unless_the_trusted_determine_it():

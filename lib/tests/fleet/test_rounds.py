@@ -138,21 +138,6 @@ def test_a_round_never_raises_the_weighted_cost_and_counts_grow():
     assert np.all(np.diff([(r.numbers, r.messages) for r in rounds], axis=0) > 0)
 
 
-@pytest.mark.parametrize("space", [False, True])
-def test_an_edge_costs_both_its_robots_the_same(space):
-    rng = np.random.default_rng(2)
-    walk, _ = sphere(40, rng) if space else manhattan(40, rng, side=3, closures=30)
-    labels = np.arange(40) // 20
-    graph = apart(walk, labels)
-    fleet = met(graph, labels)
-    poses = np.concatenate([robot.poses for robot in fleet.robots])
-    expected = pose_graph.residual_norms(graph, poses)
-    for robot in fleet.robots:
-        block, own = robot.block()
-        found = pose_graph.residual_norms(block, own)[:-1]
-        np.testing.assert_allclose(found, expected[robot.number], rtol=1e-6, atol=1e-9)
-
-
 def outvoted(inliers, outliers):
     """Two robots with so many inliers between them, and so many edges of any measurement."""
     rng = np.random.default_rng(0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robust_slam.graphs import odometry
 from robust_slam.graphs.generate import manhattan
-from robust_slam.graphs.odometry import dead_reckoning, find_forest, sessions, spanning_tree
+from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
 from ..worlds import assert_same_poses, chain_with_closures, random_poses, renumbered, walked
@@ -47,14 +47,6 @@ def test_sums_run_from_the_root_and_leave_it_out():
     for pose, total in enumerate(odometry.sums_along(forest, values)):
         below_root = way_up(forest, pose)[:-2]
         np.testing.assert_allclose(total, values[below_root].sum(axis=0), atol=1e-12)
-
-
-def test_a_part_without_a_way_to_pose_0_has_a_tree_of_its_own():
-    graph, _ = manhattan(30, np.random.default_rng(0), closures=10)
-    used = graph.is_odometry & ~np.all(graph.edges == [11, 12], axis=1)
-    forest = find_forest(graph, used, np.ones(len(graph.edges)), np.array([0, 12]))
-    np.testing.assert_array_equal(forest.part, np.arange(30) >= 12)
-    np.testing.assert_array_equal(forest.parent, [0, *range(11), 12, *range(12, 29)])
 
 
 def test_dead_reckoning_from_another_pose_is_the_same_map():

@@ -54,14 +54,6 @@ def test_composition_inverse_and_identity_are_those_of_matrices(group, poses, ot
         np.testing.assert_allclose(matrix(group, found), expected, atol=1e-10)
 
 
-def test_a_pose_is_made_of_its_parts(group, poses):
-    again = group.from_parts(group.rotation(poses), group.translation(poses))
-    assert again.shape == poses.shape
-    assert_same_poses(group, again, poses, 1e-14)
-    one_turn = group.from_parts(group.rotation(poses[0]), group.translation(poses))
-    assert one_turn.shape == poses.shape
-
-
 @pytest.mark.parametrize("turn", [0.0, 1e-300, 1e-12, 1e-5, 0.04, 0.06, 0.29, 0.31, 1.0, 3.0])
 def test_log_undoes_exp_at_every_angle(group, turn):
     xi = twists_by(group, 100, turn, 3, reach=20.0)
@@ -117,12 +109,6 @@ def test_every_function_works_over_leading_axes(group, lead):
         together = getattr(group, name)(xi)
         flat = [getattr(group, name)(v) for v in xi.reshape(-1, group.DOF)]
         np.testing.assert_allclose(together, np.reshape(flat, together.shape), atol=1e-13)
-
-
-def test_one_pose_goes_with_many(group, poses):
-    one = np.broadcast_to(poses[0], poses.shape)
-    np.testing.assert_array_equal(group.compose(poses[0], poses), group.compose(one, poses))
-    np.testing.assert_array_equal(group.compose(poses, poses[0]), group.compose(poses, one))
 
 
 @pytest.mark.parametrize("name", [*FUNCTIONS_OF_POSES, "exp", "inverse_right_jacobian"])

@@ -1,7 +1,5 @@
 """Mutates the reference solutions, one small change at a time, and asks whether a case notices.
 
-    python -m tests.assignments.mutation [NAME…] [--jobs 2] [--seed N]
-
 A mutant takes the reference's place in its solution cell, all other cells keep the reference, and
 the grader marks that submission on the cases of the mutated exercise. A mutant that keeps full
 marks survives: a case is missing, or the change changes nothing. What changes nothing is judged
@@ -15,7 +13,4 @@ lost. With a test command every mutant would be a file to write into a notebook 
 to start, two seconds each in place of a tenth; mutmut 3 knows pytest alone, and neither mutatest
 nor the others drop keyword arguments, swap sum for mean, or match judged equivalents by text. What
 would be left of such a tool is the list of changes, which is one module here.
-
-Modules: ``cells`` makes the mutants of a cell, ``equivalents`` reads what was judged, ``run``
-grades them and ``report`` tells.
 """

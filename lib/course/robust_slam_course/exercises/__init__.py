@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 from robust_slam._arrays import Array, Mask
 from robust_slam.graphs import generate, outliers
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import ROWS, PoseGraph
 from robust_slam.palette import PALETTE
 
 from robust_slam_course.style import figure_style, show_figures
@@ -49,8 +49,7 @@ def picture(
         title: that of the panel or, of several panels, that of the figure; so are the labels.
         xlabel: the label along the bottom.
         ylabel: the label at the left.
-        height: of the figure, in inches.
-        width: of the figure, in inches.
+        height, width: of the figure, in inches.
         **grid: the arguments of ``Figure.subplots``, which gives the panels.
     """
 
@@ -102,8 +101,7 @@ def shaped(values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 def as_dict(graph: PoseGraph) -> dict[str, Any]:
     """Return the graph as assignments have it, its arrays copied."""
-    names = ("edges", "measurement", "information", "is_odometry")
-    return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in names}
+    return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in ROWS}
 
 
 def town(count: int) -> tuple[PoseGraph, Mask, Array]:

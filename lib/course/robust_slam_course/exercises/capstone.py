@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
-from robust_slam._arrays import Array, Indices, Mask, finite, mask
+from robust_slam._arrays import Array, Mask, finite, mask
 from robust_slam.certificates import optimality as certificates
 from robust_slam.certificates.newton import polish
 from robust_slam.consistency import cliques, pairwise
@@ -41,7 +41,9 @@ def library_tools() -> dict[str, Callable[..., Any]]:
     """Return the five tools of the capstone's pipeline, by name, as the library has them."""
     return {
         "pairwise_consistent": _pairwise_consistent,
-        "largest_consistent_set": _largest_consistent_set,
+        "largest_consistent_set": lambda agree: (
+            cliques.max_clique(np.array(agree, dtype=np.bool_), budget=_BUDGET).members
+        ),
         "robust_solve": _robust_solve,
         "polish": lambda graph, poses: polish(PoseGraph(**graph), poses),
         "certificate": _certificate,
@@ -207,11 +209,6 @@ def _pairwise_consistent(
         is_odometry=np.arange(len(steps) + len(closures)) < len(steps),
     )
     return pairwise.pairwise_consistent(graph, gamma)
-
-
-def _largest_consistent_set(agree: ArrayLike) -> Indices:
-    """Return the members of a largest clique, or of the largest within a budget."""
-    return cliques.max_clique(np.array(agree, dtype=np.bool_), budget=_BUDGET).members
 
 
 def _robust_solve(graph: Graph, c: float) -> tuple[Array, Array]:

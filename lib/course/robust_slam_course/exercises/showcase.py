@@ -64,8 +64,7 @@ def residuals(ax: Axes, student: Callable[[Array, Graph], ArrayLike]) -> None:
 
 @picture("A slope touches its curve where nothing has moved yet", ncols=2, sharey=True)
 def jacobians(
-    axes: Sequence[Axes],
-    student: Callable[[Array, Array, Array], tuple[ArrayLike, ArrayLike]],
+    axes: Sequence[Axes], student: Callable[[Array, Array, Array], tuple[ArrayLike, ArrayLike]]
 ) -> None:
     """Draw how a residual changes as each pose turns, and the straight line of the slope."""
     i, j, z = np.array([0.0, 0.0, 0.0]), np.array([2.0, 1.0, 1.2]), np.array([1.0, 0.0, 0.0])

@@ -84,11 +84,15 @@ def _name_axes_that_shared(panels: list[Axes]) -> None:
 
 
 def _fit_legends(figure: Figure) -> None:
-    """Give a legend beside the panels fewer columns if it is too wide; clear those in panels."""
+    """Give a legend beside the panels fewer columns if it is too wide.
+
+    The ground of one in a panel hides most of the lines below it.
+    """
     for ax in figure.axes:
         legend = ax.get_legend()
         if legend is not None:
-            _clear(legend)
+            legend.set_frame_on(True)
+            legend.get_frame().set(facecolor="white", edgecolor="none", alpha=0.8)
     figure.draw_without_rendering()
     for legend in list(figure.legends):
         count, rows = len(legend.get_texts()), 1
@@ -112,12 +116,6 @@ def _repeated(figure: Figure, legend: Legend, columns: int) -> Legend:
     )
     figure.draw_without_rendering()
     return made
-
-
-def _clear(legend: Legend) -> None:
-    """Let the ground of a legend hide most of the lines below it."""
-    legend.set_frame_on(True)
-    legend.get_frame().set(facecolor="white", edgecolor="none", alpha=0.8)
 
 
 def _thin_out(axis: XAxis) -> None:

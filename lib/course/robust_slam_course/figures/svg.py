@@ -126,21 +126,24 @@ def _shorten_numbers(element: ET.Element) -> None:
 def _set_formula(text: ET.Element) -> None:
     """Let a formula flow in the page's font: plain letters, and powers as raised digits.
 
-    Matplotlib places each letter by the measures of its own font.
+    Matplotlib places each letter by its own font; what has no raised or lowered sign stays small.
     """
-    spans = list(text.iter("tspan"))
+    spans = sorted(text.iter("tspan"), key=lambda span: float(span.get("x", 0.0)))
     if not spans:
         return
     size = max(_size(span) for span in spans)
-    line = next(_height(span) for span in spans if _size(span) == size)
-    said = ""
+    first = next(span for span in spans if _size(span) == size)
+    text[:], text.text, part = [], "", text
+    at = line = _height(first)
     for (small, height), letters in groupby(spans, key=lambda span: (_size(span), _height(span))):
         run = "".join(letter.text or "" for letter in letters)
-        said += run.translate(_RAISED if height < line else _LOWERED) if small < size else run
-    style = next(span.get("style", "") for span in spans if _size(span) == size)
-    text[:] = []
-    text.text = said
-    text.set("style", style)
+        said = run.translate(_RAISED if height < line else _LOWERED) if small < size else run
+        to = height if small < size and said == run else line
+        if to != at:
+            style = {} if to == line else {"style": f"font-size:{small:g}px"}
+            part, at = ET.SubElement(text, "tspan", style, dy=f"{to - at:.1f}"), to
+        part.text = (part.text or "") + said
+    text.set("style", first.get("style", ""))
 
 
 def _height(span: ET.Element) -> float:

@@ -18,10 +18,7 @@ export function render(context) {
         kind: "player", name: "step", label: "Solve", count: (state, result) => result.last,
         text: (step, result) => `${result.step} of ${result.last}`,
       },
-      {
-        kind: "slider", name: "factor", label: "Factor of μ", min: 1.05, max: 2, step: 0.05,
-        text: (factor) => factor.toFixed(2),
-      },
+      { kind: "slider", name: "factor", label: "Factor of μ", min: 1.05, max: 2, step: 0.05, text: (factor) => factor.toFixed(2) },
     ],
     main: [context.model.get("data").main],
     clean: cleanAnnealing,
@@ -49,9 +46,7 @@ function solveAnnealing({ z, factor, step }, { kind, c, span }) {
   const now = Math.min(step, last);
   const kernelName = kind === "gm" ? "geman-mcclure" : "tls";
   const surrogate = kind === "gm" ? gmSurrogate : tlsSurrogate;
-  const sampled = (mu) => sampledCost(
-    z, 1, mu === null ? (u) => 0.5 * u * u : (u) => surrogate(u, c, mu), span, COST_SAMPLES,
-  );
+  const sampled = (mu) => sampledCost(z, 1, mu === null ? (u) => 0.5 * u * u : (u) => surrogate(u, c, mu), span, COST_SAMPLES);
   const hard = sampledCost(z, 1, (u) => KERNELS[kernelName].rho(u, c), span, COST_SAMPLES);
   const place = (k) => span[0] + ((span[1] - span[0]) * k) / (COST_SAMPLES - 1);
   return {
@@ -118,14 +113,13 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  const head = `Readings${width < 420 ? "" : ", pulled to the estimate"}; orange: rejected`;
+  const head = `${width < 420 ? "" : "Readings, pulled to the estimate; "}orange: weight ≤ ½`;
   scene.text("marks", "rows-head", maps.inner.x, y - 8, head, "rs-head");
   scene.text("marks", "weights-head", column, y - 8, "weight", "rs-head");
   scene.path("back", "rows-estimate", "rs-edge is-estimate", `M${maps.toX(x)} ${y}V${y + height}`, 1.5);
   state.z.forEach((reading, k) => {
     const middle = y + (k + 0.5) * row;
     const [at, weight] = [maps.toX(reading), weights[k]];
-    const rejected = result.weights[k] <= 0.5;
     const look = weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost";
     scene.path("lines", `pull-${k}`, look, `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, 1 + 5 * weight);
     scene.path("back", `bar-back-${k}`, "rs-edge is-grid", `M${column} ${middle}h30`, 9);
@@ -134,8 +128,8 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
     scene.text("marks", `weight-${k}`, column + 41, middle + 5, weight.toFixed(3), "rs-tick");
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
-      x: at, y: middle, look: rejected ? "rs-wrong" : "rs-right",
-      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}${rejected ? ", rejected" : ""}`,
+      x: at, y: middle, look: result.weights[k] > 0.5 ? "rs-right" : "rs-wrong",
+      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}`,
       now: reading, least: low.toFixed(1), most: high.toFixed(1), unit: 0.1,
       drag: (px) => move(maps.fromX(px)),
       step: (right, up) => move(reading + 0.1 * (right || up)),

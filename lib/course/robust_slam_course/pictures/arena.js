@@ -1,4 +1,4 @@
-import { putLegend } from "../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../canvas/js/draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../canvas/js/draw/map.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
 import { posesOf } from "../canvas/js/draw/steps.js";
@@ -14,10 +14,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "words"],
     controls: [
-      {
-        kind: "slider", name: "percent", label: "Outliers", min: 0, max: 90, step: 10,
-        text: (percent) => `${percent} %`,
-      },
+      { kind: "slider", name: "percent", label: "Outliers", min: 0, max: 90, step: 10, text: (percent) => `${percent} %` },
       { kind: "choice", name: "right", label: "Beside GNC", options: named },
       { kind: "choice", name: "kind", label: "Outliers are", options: kinds.map((kind) => [kind, kind]) },
     ],
@@ -43,18 +40,14 @@ function solveArena({ kind, percent, right }, { table, inliers, outliers, solver
 }
 
 function drawArena(scene, { width, height, data, result, shown }) {
-  const legend = putLegend(scene, "words", "legend", 0, 0, width, [
-    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
-  ]);
+  const legend = putLegend(scene, "words", "legend", 0, 0, width, MAP_LEGEND);
   const boxes = sideBySide({ x: 0, y: legend + 22, width, height: height - legend - 22 }, [1, 1]);
   const each = shown.length / 2;
   result.runs.forEach(({ solver, poses, off, used }, side) => {
     const map = fitAround(scene, `map-${side}`, boxes[side], data.truth, poses, 14);
     const own = shown.subarray(side * each, (side + 1) * each);
     const { x, width: wide } = boxes[side];
-    scene.text(
-      "words", `head-${side}`, x + wide / 2, legend + 16, `${solver}: ${off.toFixed(2)} m`, "rs-head", "middle",
-    );
+    scene.text("words", `head-${side}`, x + wide / 2, legend + 16, `${solver}: ${off.toFixed(2)} m`, "rs-head", "middle");
     putDrive(scene, "ghost", `truth-${side}`, map, data.truth, "is-ghost");
     putDrive(scene, "drive", `map-${side}`, map, own, "is-estimate");
     result.closures.forEach((ends, k) => {

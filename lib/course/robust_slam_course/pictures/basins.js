@@ -14,10 +14,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["grid", "lines", "marks"],
     controls: [
-      {
-        kind: "slider", name: "sigma", label: "σ", min: 0.3, max: 3, step: 0.1,
-        text: (sigma) => sigma.toFixed(1),
-      },
+      { kind: "slider", name: "sigma", label: "σ", min: 0.3, max: 3, step: 0.1, text: (sigma) => sigma.toFixed(1) },
       { kind: "choice", name: "kernel", label: "Cost", options: LANDSCAPE_KERNELS },
     ],
     main: ["sigma"],

@@ -17,7 +17,7 @@ export function render(context) {
   const { main } = context.model.get("data");
   const all = {
     alpha: {
-      kind: "slider", name: "alpha", label: "Turn α", min: 0, max: 90, step: 1, text: (alpha) => `${alpha}°`,
+      kind: "slider", name: "alpha", label: "Measured turn α", min: 0, max: 90, step: 1, text: (alpha) => `${alpha}°`,
     },
     ring: { kind: "choice", name: "ring", label: "Headings", options: [["five", "five"], ["three", "three"]] },
     go: {
@@ -114,6 +114,7 @@ function drawRing(scene, { x, y, size }, state, result, arrows, change) {
     scene.put("lines", `pose-${k}`, "circle", { class: look, cx: spot[0], cy: spot[1], r: 4.5 });
     if (k) putHeading(scene, k, tips[k], spot, state, result, change);
     else scene.path("lines", "nail", "is-ink", `M${tips[0][0]} ${tips[0][1]}m-5 -5l10 10m0 -10l-10 10`, 2.5);
+    if (state.alpha) putTurn(scene, k, spot, length, result.headings[(k + n - 1) % n], inRadians(state.alpha));
     if (size < 250) return; // a phone has no room for words
     if (!k) scene.text("marks", "nailed", tips[0][0], tips[0][1] + 24, "nailed", "rs-tick", "middle");
     const along = (share) => [0, 1].map((axis) => spot[axis] + share * (next[axis] - spot[axis]));
@@ -121,6 +122,16 @@ function drawRing(scene, { x, y, size }, state, result, arrows, change) {
     const words = misfit.toFixed(misfit < 9.95 ? 2 : 1);
     scene.text("marks", `misfit-${k}`, middle[0], middle[1] + 5, words, "rs-halo", "middle");
   });
+}
+
+/** Where the heading before measures this one to be, turned by `alpha` (rad) from its own direction. */
+function putTurn(scene, k, [x, y], length, before, alpha) {
+  const [from, to, name] = [[before, 1], [before + alpha, 1], [before + alpha + 0.4, 0.8]].map(([angle, share]) => [
+    x + share * length * Math.cos(angle), y - share * length * Math.sin(angle),
+  ]);
+  scene.path("areas", `turn-${k}`, "rs-area is-muted", `M${x} ${y}L${from}A${length} ${length} 0 0 0 ${to}Z`);
+  scene.path("areas", `measured-${k}`, "is-ghost", pathThrough([[x, y], to]), 2);
+  if (k === 1) scene.text("marks", "alpha", name[0], name[1] + 5, "α", "rs-head", "middle");
 }
 
 /** The tip of a heading; another one than before is pulled from where the ring rests. */

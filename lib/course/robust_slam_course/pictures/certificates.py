@@ -29,10 +29,10 @@ def certificate() -> Picture:
             {
                 "a small one": "The pulls on each arrow balance, and when it turns they pull it"
                 " back.",
-                "none": "Beyond 54° onwards, or 36° back, heading 4 takes the others along until"
-                " the ring untwists, and the cost falls.",
-                "only a large one": "Every small turn raises the cost, but beyond 54° onwards two"
-                " of the arrows behind heading 4 differ by over 90°, and the ring untwists.",
+                "none": "Turn heading 3 or 4 by more than 54° one way, or 36° the other: the ring"
+                " untwists, and the cost falls.",
+                "only a large one": "Small turns raise the cost; beyond 54° one way, or 36° the"
+                " other, heading 3 or 4 pulls neighbours over 90° apart, and the ring untwists.",
             },
             right="only a large one",
         ),

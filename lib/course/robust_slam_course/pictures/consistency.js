@@ -16,14 +16,8 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong", "pairs", "members", "vertices", "words"],
     controls: [
-      {
-        kind: "slider", name: "count", label: "Wrong closures", min: 0, max: MOST_WRONG_CLOSURES, step: 1,
-        text: String,
-      },
-      {
-        kind: "choice", name: "map", label: "Map by",
-        options: [["pcm", "PCM"], ["switches", "switches, λ = γ²"]],
-      },
+      { kind: "slider", name: "count", label: "Wrong closures", min: 0, max: MOST_WRONG_CLOSURES, step: 1, text: String },
+      { kind: "choice", name: "map", label: "Map by", options: [["pcm", "PCM"], ["switches", "switches, λ = γ²"]] },
     ],
     main: ["count"],
     clean: cleanConsistency,
@@ -140,11 +134,14 @@ function drawAgreement(scene, { adjacency, isMember, correct }, box) {
   }
 }
 
-function consistencyCaption({ state, result: { used, correct, off } }) {
+function consistencyCaption({ state, result: { used, correct, clique, off } }) {
   const kept = (from, to) => used.slice(from, to).filter(Boolean).length;
   const [right, wrong] = [kept(0, correct), kept(correct)];
   const [keep, lets] = state.map === "pcm" ? ["PCM keeps", "lets"] : ["Switches keep", "let"];
   const map = `The map is ${off.toFixed(2)}\u00a0m off.`;
+  if (state.map === "pcm" && clique.length === correct && used.length === 2 * correct) {
+    return `${correct} against ${correct} is a tie: PCM happens to keep the ${wrong ? "outliers" : "inliers"}. ${map}`;
+  }
   if (!wrong) return `${keep} ${right} of the ${correct} inliers and ${lets} no outlier in. ${map}`;
   return right ? `${keep} ${wrong} of ${used.length - correct} outliers beside ${right} of the ${correct} inliers. ${map}`
     : `The outliers win: ${keep} ${wrong} of them and no inlier. ${map}`;

@@ -61,30 +61,32 @@ function solveGraduation({ noise }, { lost, noises }) {
 
 function drawGraduation(scene, view, shapes) {
   const { width, height, data, result } = view;
-  const [across, head] = [width < WIDE ? 5 : 10, 20];
-  const size = Math.min(width < WIDE ? 28 : 36, (0.5 * width - 8) / across);
-  const deep = (10 / across) * COSTS.length * size;
-  STARTS.forEach((start, row) => {
-    const y = head + row * (deep + head);
-    scene.text("words", `row-${row}`, 0, y + 14, `from ${start}: ${result.now[row]} of 40 (TLS above GM)`);
-    WAYS.forEach((way, column) => {
-      const x = 0.5 * width * column + (column ? 4 : 0);
-      COSTS.forEach((cost, c) => result.maps[columnOf(row, column, c)].forEach((lost, k) => {
-        const [left, top] = [x + (k % across) * size, y + head + (c * 10 / across + Math.floor(k / across)) * size];
+  const [across, head, left] = [width < WIDE ? 5 : 10, 20, 36];
+  const wide = 0.5 * (width - left);
+  const size = Math.min(width < WIDE ? 28 : 36, (wide - 8) / across);
+  const tall = (10 / across) * size;
+  STARTS.forEach((start, row) => WAYS.forEach((way, column) => {
+    const [x, y] = [left + column * wide, row * (COSTS.length * tall + head)];
+    const blocks = COSTS.map((_, c) => result.maps[columnOf(row, column, c)]);
+    const good = blocks.flat().filter((lost) => !lost).length;
+    const narrow = column ? `${way} ${good} of 20` : `${start}: ${way} ${good}`;
+    const [words, look] = width < WIDE ? [narrow, ""] : [`${way} from ${start}: ${good} of 20`, "rs-head"];
+    scene.text("words", `head-${row}-${column}`, x, y + 14, words, look);
+    blocks.forEach((maps, c) => {
+      const top = y + head + c * tall;
+      if (!column) scene.text("words", `cost-${row}-${c}`, 0, top + 0.5 * tall + 5, COSTS[c], "rs-tick");
+      maps.forEach((lost, k) => {
+        const corner = [x + (k % across) * size, top + Math.floor(k / across) * size, size];
         const letters = lost || data.towns[k];
-        const key = `${letters} ${left} ${top} ${size}`;
-        if (!shapes.has(key)) shapes.set(key, shapeOf([left, top, size], letters, data.towns[k], data.unit));
-        const [look, thick] = lost ? ["is-outlier", 0.9] : ["is-estimate", 1.5];
-        const drawn = scene.path("maps", `town-${row}-${column}-${c}-${k}`, look, shapes.get(key), thick);
+        const key = `${letters} ${corner}`;
+        if (!shapes.has(key)) shapes.set(key, shapeOf(corner, letters, data.towns[k], data.unit));
+        const [fate, thick] = lost ? ["is-outlier", 0.9] : ["is-estimate", 1.5];
+        const drawn = scene.path("maps", `town-${row}-${column}-${c}-${k}`, fate, shapes.get(key), thick);
         setAttributes(drawn, { style: "stroke-dasharray:none" });
-      }));
+      });
     });
-  });
-  WAYS.forEach((way, column) => {
-    const words = `${way}: ${result.now[2 + column]} of 40`;
-    scene.text("words", `column-${column}`, 0.5 * width * column + (column ? 4 : 0), 13, words, "rs-head");
-  });
-  const top = head + 2 * (deep + head) + 4;
+  }));
+  const top = 2 * (COSTS.length * tall + head) + 4;
   drawMargins(scene, { x: 0, y: top, width, height: height - top }, view);
 }
 
@@ -105,14 +107,28 @@ function stepsFrom(letters) {
 
 function drawMargins(scene, box, { state, result, data }) {
   const last = data.noises.length - 1;
-  const maps = putAxes(scene, "axes", "margins", { ...box, width: box.width - 96 },
+  const maps = putAxes(scene, "axes", "margins", { ...box, width: box.width - 124 },
     {
-      domain: [-0.1, last + 0.1], label: "", ticks: data.noises.map((_, k) => k),
+      domain: [-0.25, last + 0.25], label: "", ticks: data.noises.map((_, k) => k),
       text: (k) => numberText(data.noises[k]),
     },
     { domain: [-1, 41], label: "good", ticks: [0, 20, 40] });
   const x = maps.toX(state.noise);
   scene.path("axes", "now", "is-muted", `M${x} ${maps.inner.y}v${maps.inner.height}`, 1.5);
+  // How much the start and the way decide, as bars from one floor.
+  const gap = (one, at) => Math.abs(result.margins[one][at] - result.margins[one + 1][at]);
+  [[0, -6], [2, 6]].forEach(([one, aside]) => {
+    const colour = `var(--rs-${MARGIN_LOOKS[one].colour})`;
+    const bars = data.noises.slice(0, state.tried + 1).map((_, at) => `M${maps.toX(at) + aside} ${maps.toY(0)}V${maps.toY(gap(one, at))}`);
+    scene.put("points", `gap-${one}`, "path", { d: bars.join(""), style: `stroke:${colour};stroke-linecap:butt`, "stroke-width": 9 });
+    const now = gap(one, state.noise);
+    scene.put("words", `gap-text-${one}`, "text", {
+      class: "rs-halo", x: x + 1.7 * aside, y: maps.toY(now) - 4, "text-anchor": "middle", style: `fill:${colour}`,
+    }, String(now));
+  });
+  if (box.width >= WIDE) {
+    scene.text("words", "bars", maps.inner.x + maps.inner.width, maps.inner.y + 14, "bars: saved by the better start, by GNC", "rs-tick", "end");
+  }
   MARGIN_LOOKS.forEach(({ shape, colour, dash }, k) => {
     const counts = result.margins[k].slice(0, state.tried + 1);
     const points = counts.map((count, at) => [maps.toX(at), maps.toY(count)]);
@@ -121,17 +137,16 @@ function drawMargins(scene, box, { state, result, data }) {
     points.forEach(([px, py], at) => putMarker(scene, "points", `at-${k}-${at}`, px, py, shape, colour));
   });
   const ends = MARGIN_LOOKS.map(({ name, colour }, k) => (
-    { text: name, colour, y: maps.toY(result.margins[k][state.tried]) }));
+    { text: `${name} ${result.margins[k][state.tried]}`, colour, y: maps.toY(result.margins[k][state.tried]) }));
   const { inner } = maps;
   putEndLabels(scene, "words", "end", inner.x + inner.width + 8, ends, inner.y, inner.y + inner.height);
 }
 
 function graduationCaption({ state, result, data }) {
   const [odometry, squares, plain, graduated] = result.now;
-  const folded = 80 - odometry - squares;
   const more = (count, worse, better) => (count < 0 ? more(-count, better, worse)
     : `${count} more ${worse} than ${better}`);
-  return `${numberText(data.noises[state.noise])} rad a step folds ${folded} of the 80 maps: `
+  return `At ${numberText(data.noises[state.noise])} rad a step ${80 - odometry - squares} of the 80 maps are lost (orange): `
     + `${more(odometry - squares, "from least squares", "from odometry")}, and`
     + ` ${more(graduated - plain, "by IRLS", "by GNC")}.`;
 }

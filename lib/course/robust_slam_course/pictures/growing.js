@@ -1,4 +1,4 @@
-import { putLegend } from "../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../canvas/js/draw/legend.js";
 import { fitAround, posePixels, putDrive, putEdge } from "../canvas/js/draw/map.js";
 import { putMarker } from "../canvas/js/draw/marker.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
@@ -16,10 +16,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "ellipses", "axis", "bars", "words"],
     controls: [
-      {
-        kind: "player", name: "pose", label: "Time", count: () => data.last,
-        text: (pose) => `pose ${pose}`,
-      },
+      { kind: "player", name: "pose", label: "Time", count: () => data.last, text: (pose) => `pose ${pose}` },
       {
         kind: "slider", name: "arrives", label: "The outlier arrives", min: data.arrivals[0],
         max: data.arrivals.at(-1), step: 1, text: (pose) => `at pose ${pose}`,
@@ -90,9 +87,7 @@ function ellipseOf(pose, covariance, poses, truth) {
 function drawGrowing(scene, view) {
   const { state, result, shown, data, width, height } = view;
   const [left, right] = sideBySide({ x: 0, y: 0, width, height }, [1.35, 1]);
-  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
-    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
-  ]);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, MAP_LEGEND);
   const box = { ...left, y: top + 4, height: height - top - 4 };
   const count = 3 * (data.last + 1);
   const until = 3 * (state.pose + 1);

@@ -18,10 +18,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["axes", "curves", "words", "markers"],
     controls: [
-      {
-        kind: "slider", name: "c", label: "Threshold c", min: 0.5, max: 5, step: 0.1,
-        text: (c) => `c = ${c.toFixed(1)}`,
-      },
+      { kind: "slider", name: "c", label: "Threshold c", min: 0.5, max: 5, step: 0.1, text: (c) => `c = ${c.toFixed(1)}` },
     ],
     main: ["c"],
     clean: cleanKernels,

@@ -23,7 +23,7 @@ def kernels() -> Picture:
         name="kernels",
         title="One reading and four kernels",
         question=ask(
-            "A ninth reading moves away to 15. How many of the four estimates come back?",
+            f"With c = {c:g} a ninth reading moves away to 15. How many of four estimates return?",
             {
                 "none": f"That of TLS jumps back to {ends[3]:.0f}, and Cauchy’s returns to"
                 f" {ends[2]:.2f}.",

@@ -34,7 +34,8 @@ def arena() -> Picture:
         name="arena",
         title="As many outliers as you like",
         question=ask(
-            "Up to which share of random outliers does GNC find a good map of this town?",
+            "Up to which share of random outliers is GNC’s map of this town good, less than 0.5 m"
+            " off?",
             {
                 "30 %": "Up to 70 % it finds the same good map.",
                 "70 %": "Up to there its map is 0.27 m off, and at 80 % 1.42 m.",
@@ -113,7 +114,7 @@ def proofs() -> Picture:
         name="proofs",
         title="Certify inside the loop",
         question=ask(
-            "Every weighted problem of a run is certified. Is its last map good?",
+            "Every weighted problem of a run is certified. Is its last map good, within 0.1 m?",
             {
                 "yes": "From headings that are wound three times every certificate succeeds, and"
                 " the map is lost.",
@@ -164,7 +165,7 @@ def priors() -> Picture:
         title="How sure may a closure be?",
         question=ask(
             f"All {town.scores.size} closures claim 99.9 %, and {np.sum(is_false)} are outliers."
-            " Is the map lost?",
+            " Is the map lost, over 0.1 m off?",
             {
                 "yes": "Log-odds of 7 raise λ from 11 to 25 only, and the residuals of outliers"
                 " are larger.",

@@ -4,27 +4,24 @@ import { irls } from "../canvas/js/solve/loop.js";
 import { putAxes, putCurve, roundTicks } from "../canvas/js/draw/axes.js";
 import { numberText } from "../canvas/js/draw/number.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
-import { freePlace } from "../canvas/js/draw/labels.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
 import { boundedNumber } from "../canvas/js/draw/link.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
 import { pathThrough } from "../canvas/js/draw/scene.js";
 import { twoPanels } from "../canvas/js/draw/stage.js";
 
-/** Readings of a wall, the fitted line, the pull of each reading and the influence curve. */
+/** Readings of a wall, the fitted line, the pull of each reading and the influence, as far as a reading was moved. */
 export function render(context) {
   const { kernels } = context.model.get("data");
   return livePicture(context, {
     layers: ["axes", "springs", "lines", "words"],
     controls: [
-      {
-        kind: "choice", name: "kernel", label: "Kernel",
-        options: Object.keys(kernels).map((name) => [name, kernelText(name)]),
-      },
+      { kind: "choice", name: "kernel", label: "Kernel", options: Object.keys(kernels).map((name) => [name, kernelText(name)]) },
     ],
     main: ["kernel"],
     clean: cleanLeverage,
     solve: solveLeverage,
-    moving: ({ line, reach, top }) => [...line, reach, top],
+    moving: ({ line, span, top }) => [...line, ...span, top],
     draw: drawLeverage,
     caption: leverageCaption,
   });
@@ -43,7 +40,12 @@ function cleanLeverage(state, data) {
   const p = numbersWithin(state.p, data.p, PLACE_RANGE);
   // Readings at one place do not determine a slope.
   const possible = Math.max(...p) - Math.min(...p) >= 1;
-  return { ...state, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
+  const next = { ...state, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
+  const u = Number(solveLeverage(next, data).residuals[held].toFixed(2));
+  // The least and the largest residual that a reading has had with a kernel.
+  const key = `${next.kernel} ${held}`;
+  const [low, high] = state.tried[key] ?? [u, u];
+  return { ...next, tried: { ...state.tried, [key]: [Math.min(low, u), Math.max(high, u)] } };
 }
 
 /** `values` within a range and to a thousandth, with `first` where one is no number. */
@@ -51,7 +53,7 @@ function numbersWithin(values, first, range) {
   return first.map((value, k) => boundedNumber(values[k], range, value, 3));
 }
 
-function solveLeverage({ kernel, p, y }, { sigma, kernels }) {
+function solveLeverage({ kernel, p, y, tried }, { sigma, kernels }) {
   const problem = lineProblem(p, y, sigma);
   const options = { tol: 1e-9, maxIterations: 500 };
   // Huber's cost is convex, so that every kernel starts from the same line.
@@ -59,12 +61,10 @@ function solveLeverage({ kernel, p, y }, { sigma, kernels }) {
   const line = irls(problem, kernel, kernels[kernel], start, options).x;
   const residuals = problem.residuals(line).map((u) => -u); // positive above the line
   const pulls = residuals.map((u) => KERNELS[kernel].psi(u, kernels[kernel]));
-  const far = Math.max(...residuals.map(Math.abs));
-  const reach = [4, 8, 16].find((limit) => far < 0.95 * limit) ?? 32;
-  return {
-    line, residuals, pulls, leverages: lineLeverages(p),
-    reach, top: kernel === "squared" ? reach : 3,
-  };
+  const had = [...residuals, ...y.flatMap((_, k) => tried[`${kernel} ${k}`] ?? [])].map((u) => u * sigma);
+  const span = [Math.min(-1.2, ...had), Math.max(3.4, ...had)]; // m
+  const top = { squared: Math.max(...span.map(Math.abs)) / sigma, tls: 3 }[kernel] ?? 1.6;
+  return { line, residuals, pulls, leverages: lineLeverages(p), span, top };
 }
 
 /** Whether a reading is more than three standard deviations from the true wall. */
@@ -73,34 +73,24 @@ function isOffWall(p, y, { truth, sigma }) {
 }
 
 function drawLeverage(scene, view) {
-  const { width, height, shown: [a, b, reach, top] } = view;
+  const { width, height, shown: [a, b, low, high, top] } = view;
   const [wall, beside] = twoPanels({ x: 0, y: 0, width, height }, [1.5, 1], 0.55, 4);
   drawWall(scene, wall, view, { a, b });
-  drawInfluence(scene, beside, view, { reach, top });
+  drawInfluence(scene, beside, view, [low, high], top);
 }
 
 function drawWall(scene, box, { state, data, change }, { a, b }) {
+  const top = putLegend(scene, "words", "legend", box.x + 50, box.y, box.width - 50, [["is-estimate", "fit"], ["is-ghost", "true wall"]]);
   const axes = putAxes(
-    scene, "axes", "fit", box,
+    scene, "axes", "fit", { ...box, y: box.y + top, height: box.height - top },
     { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
     { domain: [-0.5, 7.5], label: "distance y (m)", ticks: [0, 2, 4, 6] },
   );
   const [low, high] = [-0.6, 17.6];
   const wall = (p) => data.truth[0] + data.truth[1] * p;
   const line = (p) => a + b * p;
-  const wallLook = { class: "rs-line is-muted", "stroke-dasharray": "1 5" };
-  putCurve(scene, "lines", "wall", axes, [low, high], wall, wallLook, 1);
+  putCurve(scene, "lines", "wall", axes, [low, high], wall, { class: "rs-line is-ghost" }, 1);
   putCurve(scene, "lines", "line", axes, [low, high], line, { class: "rs-line is-estimate" }, 1);
-  const taken = state.y.map((y, k) => [axes.toX(state.p[k]), axes.toY(y)]);
-  for (const [name, height, side] of [["fit", line, Math.sign(line(16) - wall(16)) || 1], ["wall", wall, Math.sign(wall(16) - line(16)) || -1]]) {
-    const places = [16.3, 13.5, 11, 5, 2].map((p) => [axes.toX(p), axes.toY(height(p)) - 16 * side])
-      .filter(([, y]) => y > axes.inner.y + 8 && y < axes.inner.y + axes.inner.height - 8);
-    if (!places.length) continue;
-    const [x, y] = freePlace(places, taken, 28);
-    taken.push([x, y]);
-    const style = `fill: var(--rs-${name === "fit" ? "estimate" : "muted"})`;
-    scene.put("words", `name-${name}`, "text", { class: "rs-halo", x, y: y + 5, "text-anchor": "middle", style }, name);
-  }
   state.y.forEach((y, k) => {
     const [x, from, to] = [axes.toX(state.p[k]), axes.toY(line(state.p[k])), axes.toY(y)];
     const look = isOffWall(state.p[k], y, data) ? "is-outlier" : "is-inlier";
@@ -137,23 +127,25 @@ function springPath(x, from, to) {
   return pathThrough(points);
 }
 
-function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
+function drawInfluence(scene, box, { state, result, data }, span, top) {
   const c = data.kernels[state.kernel];
   const axes = putAxes(
     scene, "axes", "psi", box,
-    { domain: [-reach, reach], label: "whitened residual u", ticks: roundTicks(-reach, reach, 5) },
-    { domain: [-top, top], label: "influence ψ(u)" },
+    { domain: span, label: "above the line (m)", ticks: roundTicks(...span, 5) },
+    { domain: [-top, top], label: "influence ψ(u)", ticks: roundTicks(-top, top, 4) },
   );
-  const psi = (u) => KERNELS[state.kernel].psi(u, c);
-  putCurve(scene, "lines", "psi", axes, [-reach, reach], psi, { class: "rs-line is-ink" }, 400);
-  result.residuals.forEach((u, k) => {
+  const psi = (high) => KERNELS[state.kernel].psi(high / data.sigma, c);
+  const above = result.residuals.map((u) => u * data.sigma);
+  above.forEach((high, k) => {
+    const range = state.tried[`${state.kernel} ${k}`]?.map((u) => u * data.sigma);
+    if (range) putCurve(scene, "lines", `psi-${k}`, axes, range, psi, { class: "rs-line is-ink" }, 400);
     if (k === state.held) return;
     const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
-    const d = `M${axes.toX(u).toFixed(1)} ${axes.toY(psi(u)).toFixed(1)}h0`;
+    const d = `M${axes.toX(high).toFixed(1)} ${axes.toY(psi(high)).toFixed(1)}h0`;
     scene.path("lines", `dot-${k}`, `rs-dots ${look}`, d);
   });
-  const u = Math.min(reach, Math.max(-reach, result.residuals[state.held]));
-  const [x, y] = [axes.toX(u), Math.max(axes.inner.y, axes.toY(psi(u)))];
+  const held = above[state.held];
+  const [x, y] = [axes.toX(held), Math.max(axes.inner.y, axes.toY(psi(held)))];
   scene.put("words", "dot-held", "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 7 });
   scene.path("words", "dot-stem", "rs-edge is-ink", `M${x} ${y}V${axes.toY(0)}`);
 }
@@ -164,7 +156,7 @@ function leverageCaption({ state, result, data }) {
   const error = result.line[0] - data.truth[0] + (result.line[1] - data.truth[1]) * place;
   const kernel = state.kernel === "squared" ? "Least squares" : KERNELS[state.kernel].label;
   const force = Math.abs(pull) < 0.005 ? "lets this reading go" : `lets this reading pull with ${Math.abs(pull).toFixed(1)}`;
-  const where = `${Math.abs(u).toFixed(1)}σ ${u < 0 ? "below" : "above"} the line`;
+  const where = `${Math.abs(u * data.sigma).toFixed(2)}\u00a0m ${u < 0 ? "below" : "above"} the line`;
   const side = Math.abs(error) < 0.005 ? "is on the wall" : `is ${Math.abs(error).toFixed(2)}\u00a0m too ${error > 0 ? "high" : "low"}`;
   return `${kernel} ${force}, ${where}. The line ${side} at place ${numberText(place)}.`
     + ` Leverage: ${result.leverages[k].toFixed(2)}.`;

@@ -39,9 +39,7 @@ function cleanMachine({ dial, value, tried }, { dials }) {
   const one = boundedNumber(dial, [0, dials.length - 1], 0, 0);
   const last = (k) => dials[k].values.length - 1;
   const now = boundedNumber(value, [0, last(one)], 0, 0);
-  const farthest = dials.map((_, k) => Math.max(
-    boundedNumber(tried[k], [0, last(k)], 0, 0), k === one ? now : 0,
-  ));
+  const farthest = dials.map((_, k) => Math.max(boundedNumber(tried[k], [0, last(k)], 0, 0), k === one ? now : 0));
   return { dial: one, value: now, tried: farthest };
 }
 

@@ -6,11 +6,11 @@ import { putAxes, putCurve } from "../canvas/js/draw/axes.js";
 import { numberText } from "../canvas/js/draw/number.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
 import { putMarker } from "../canvas/js/draw/marker.js";
-import { freePlace } from "../canvas/js/draw/labels.js";
+import { putLegend } from "../canvas/js/draw/legend.js";
 import { boundedNumber } from "../canvas/js/draw/link.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
 import { letterOf, painted, putRibbon } from "../canvas/js/draw/ribbon.js";
-import { pathThrough, setAttributes } from "../canvas/js/draw/scene.js";
+import { pathThrough } from "../canvas/js/draw/scene.js";
 
 /**
  * IRLS from a start that the reader drags: the weights there, the cost with the parabola that touches
@@ -22,10 +22,7 @@ export function render(context) {
     layers: ["axes", "curves", "steps", "words"],
     controls: [
       { kind: "words", name: "kernel", label: "Kernel", options: kernels.map((name) => [name, KERNELS[name].label]) },
-      {
-        kind: "slider", name: "sigma", label: "Noise σ", min: 0.1, max: 1.5, step: 0.05,
-        text: (sigma) => `σ = ${sigma.toFixed(2)}`,
-      },
+      { kind: "slider", name: "sigma", label: "Noise σ", min: 0.1, max: 1.5, step: 0.05, text: (sigma) => `σ = ${sigma.toFixed(2)}` },
     ],
     main: ["kernel"],
     clean: cleanMajoriser,
@@ -77,7 +74,11 @@ function drawMajorisers(scene, view) {
     { domain: AXIS_RANGE, label: "estimate x" }, { domain: [0, result.top], label: "cost" },
   );
   const x = upper.toX(state.start);
-  scene.path("axes", "at", "rs-edge is-estimate", `M${x} ${upper.inner.y}V${lower.inner.y + lower.inner.height}`);
+  const at = [upper, lower].map(({ inner }) => `M${x} ${inner.y}v${inner.height}`).join("");
+  scene.path("axes", "at", "rs-edge is-estimate", at);
+  putLegend(scene, "words", "legend", upper.inner.x, WEIGHTS_HEIGHT - 16, upper.inner.width, [
+    ["is-muted", "weight"], ["is-ink", "cost"], ["is-accent", "majoriser"], ["is-estimate", "steps"],
+  ]);
   drawWeightBell(scene, upper, view);
   drawCostAndParabola(scene, lower, view);
   const [left, right] = START_RANGE.map((end) => lower.toX(end));
@@ -113,11 +114,9 @@ function drawCostAndParabola(scene, axes, { state, result, change }) {
   walked.forEach(([x, y], k) => putMarker(scene, "steps", `walked-${k}`, x, y, "circle", "estimate"));
   if (lowest !== null) {
     const [x, y] = pixels(lowest, value);
-    const down = scene.path("steps", "down", "rs-edge is-estimate", `M${x} ${y}V${axes.toY(cost(lowest))}`);
-    setAttributes(down, { "stroke-dasharray": "2 3" });
+    scene.path("steps", "down", "rs-edge is-ghost", `M${x} ${y}V${axes.toY(cost(lowest))}`);
     putMarker(scene, "steps", "lowest", x, y, "diamond", "accent");
   }
-  const taken = putCurveNames(scene, axes, cost, lowest, value);
   const [x, y] = pixels(start, cost);
   putHandle(scene, "start", {
     x, y, shape: "circle", label: "Start", text: start.toFixed(1),
@@ -125,37 +124,6 @@ function drawCostAndParabola(scene, axes, { state, result, change }) {
     drag: (px) => change({ start: axes.fromX(px) }),
     step: (right, up) => change({ start: start + START_STEP * (right || up) }),
   });
-  const { inner } = axes;
-  const places = [[0, 22], [0, -22], [-36, 0], [36, 0]].map(([right, down]) => [x + right, y + down])
-    .filter(([px, py]) => px > inner.x + 16 && px < inner.x + inner.width - 14
-      && py > inner.y + 8 && py < inner.y + inner.height - 8);
-  const free = freePlace(places, taken, 34);
-  if (free) scene.text("words", "start-name", free[0], free[1] + 5, "start", "rs-halo", "middle");
-}
-
-/** Puts the names of both curves, and returns where they are. */
-function putCurveNames(scene, axes, cost, lowest, value) {
-  const [low, high] = AXIS_RANGE;
-  const ceiling = axes.fromY(axes.inner.y + 14);
-  const from = lowest ?? high;
-  // Where the parabola leaves the panel, on the side that has more room.
-  const side = lowest === null || from < (low + high) / 2 ? 1 : -1;
-  let x = from;
-  while (x > low + 0.1 && x < high - 0.1 && value(x) < ceiling) x += 0.05 * side;
-  // Beside the line where it leaves at the top, above it where it ends at the panel's side.
-  const room = Math.abs(axes.toX(side > 0 ? high : low) - axes.toX(x));
-  const top = value(x) >= ceiling && room > 75;
-  const anchor = top === side > 0 ? "start" : "end";
-  const place = {
-    x: axes.toX(x) + (top ? 9 : -24) * side,
-    y: Math.max(axes.inner.y + 14, axes.toY(value(x)) + (top ? 4 : -10)),
-  };
-  const name = scene.text("words", "parabola-name", place.x, place.y, "majoriser", "rs-halo", anchor);
-  setAttributes(name, { style: "fill: var(--rs-accent)" });
-  // Below the cost, where the parabola never is.
-  const beside = { x: axes.toX(2.1), y: Math.min(axes.toY(cost(2.1)) + 22, axes.inner.y + axes.inner.height - 4) };
-  scene.text("words", "cost-name", beside.x, beside.y, "cost", "rs-halo", "middle");
-  return [place, beside].map(({ x: across, y }) => [across, y - 5]);
 }
 
 function majoriserCaption({ state, result: { path, cost, parabola } }) {

@@ -68,11 +68,13 @@ def cycles() -> Picture:
         question=ask(
             "Without the correct closures, how many of the 99 odometry edges are still bent?",
             {
-                "0": "The 33 steps between its ends form a cycle with it, and they contradict it.",
-                "33": "Only the 33 steps between its ends form a cycle with it.",
-                "66": "The other 66 steps are outside its ends, where nothing contradicts it.",
-                "99": "Outside its ends nothing contradicts it; only the 33 steps between them"
-                " form a cycle with it.",
+                "0": "The 33 steps between its ends, 36 and 69, form a cycle with it, and they"
+                " contradict it.",
+                "33": "Only the 33 steps between its ends, 36 and 69, form a cycle with it.",
+                "66": "The other 66 steps are outside its ends, 36 and 69, where nothing"
+                " contradicts it.",
+                "99": "Outside its ends, 36 and 69, nothing contradicts it; only the 33 steps"
+                " between them form a cycle with it.",
             },
             right="33",
         ),
@@ -218,10 +220,9 @@ def consistency() -> Picture:
             {
                 "none": "PCM only counts: nine that agree outvote eight, whichever of them are"
                 " right.",
-                "one": "With eight against eight both sets are largest, and which one is found is"
-                " arbitrary.",
-                "two": "PCM only counts: eight against eight is undecided, and eight outvote"
-                " seven.",
+                "one": "Eight against eight is a tie: both sets are largest, and which one PCM"
+                " keeps is arbitrary.",
+                "two": "PCM only counts: eight against eight is a tie, and eight outvote seven.",
                 "all nine": "A majority is enough: eight that agree outvote seven.",
             },
             right="two",

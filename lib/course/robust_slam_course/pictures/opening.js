@@ -11,10 +11,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
       { kind: "toggle", name: "robust", label: "Reject outliers (GNC)" },
-      {
-        kind: "button", label: "Add a wrong closure", does: addWrongClosure,
-        when: (state) => state.wrong.length < MOST_WRONG,
-      },
+      { kind: "button", label: "Add a wrong closure", does: addWrongClosure, when: (state) => state.wrong.length < MOST_WRONG },
     ],
     main: ["robust"],
     joins: true,
@@ -67,7 +64,7 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
     ["is-outlier", "wrong closure"], ["is-rejected", "rejected"],
   ]);
   const box = { x: 0, y: top, width, height: height - top };
-  const map = fitAround(scene, "map", box, data.truth, result.poses);
+  const map = fitAround(scene, "map", box, data.truth, result.poses, Math.min(56, 0.1 * width));
   for (const layer of ["edges", "drive"]) scene.clip(layer, box);
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   data.edges.forEach((edge, k) => {

@@ -1,7 +1,7 @@
 import { putAxes } from "../canvas/js/draw/axes.js";
 import { numberText } from "../canvas/js/draw/number.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
-import { putLegend } from "../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../canvas/js/draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../canvas/js/draw/map.js";
 import { putMarker } from "../canvas/js/draw/marker.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
@@ -64,8 +64,7 @@ function solvePriors({ odds, score }, data) {
 function drawPriors(scene, view) {
   const { width, data, result, shown } = view;
   const y = putLegend(scene, "words", "legend", 0, 0, width, [
-    ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
-    ["is-rejected", "switched off"],
+    ["is-ghost", "best map"], ...MAP_LEGEND.slice(1), ["is-rejected", "switched off"],
   ]);
   const [left, right] = twoPanels({ x: 0, y, width, height: view.height - y }, [1, 1], 0.54);
   const map = fitAround(scene, "map", left, data.best, result.poses, 18);

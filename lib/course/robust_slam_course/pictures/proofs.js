@@ -1,7 +1,7 @@
 import { putAxes } from "../canvas/js/draw/axes.js";
 import { numberText } from "../canvas/js/draw/number.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
-import { putLegend } from "../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../canvas/js/draw/legend.js";
 import { boundedNumber } from "../canvas/js/draw/link.js";
 import { fitMap, putDrive, putEdge } from "../canvas/js/draw/map.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
@@ -17,9 +17,7 @@ import { twoPanels, WIDE } from "../canvas/js/draw/stage.js";
 export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "axes", "columns", "words"],
-    controls: [
-      { kind: "words", name: "solver", label: "Solver", options: [["gnc", "GNC"], ["switches", "Switches"]] },
-    ],
+    controls: [{ kind: "words", name: "solver", label: "Solver", options: [["gnc", "GNC"], ["switches", "Switches"]] }],
     main: ["solver"],
     clean: cleanProofs,
     solve: ({ solver, wound }, { runs, unit }) => {
@@ -44,9 +42,7 @@ function cleanProofs({ solver, wound, tried }, { runs, turns }) {
 function drawProofs(scene, view) {
   const { width, height, result, shown, data } = view;
   const [left, right] = twoPanels({ x: 0, y: 0, width, height }, [1, 1.2], 0.46);
-  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
-    ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
-  ]);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [["is-ghost", "best map"], ...MAP_LEGEND.slice(1)]);
   const key = `map ${width}`;
   if (!scene.fits.has(key)) {
     const all = Object.values(data.runs).flat().flatMap(({ steps }) => posesOf(steps, data.unit));

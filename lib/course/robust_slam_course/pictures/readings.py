@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from robust_slam.estimators import irls
-from robust_slam.estimators.kernels import KERNELS, squared
+from robust_slam.estimators.kernels import KERNELS
 from robust_slam.problems import LinearProblem, LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
@@ -25,11 +25,12 @@ def leverage() -> Picture:
     p = np.arange(10.0)
     y = _WALL[0] + _WALL[1] * p + _WALL_NOISE + 3.0 * (p == _DOOR)
     problem = LinearProblem(np.column_stack([np.ones(p.size), p]), y, sigma=_WALL_SIGMA)
-    line = irls(problem, squared()).x
-    pull = -problem.residuals(line)[_DOOR]
-    high = np.dot(line - _WALL, [1, _DOOR])
-    leverage = 1 / p.size + (_DOOR - p.mean()) ** 2 / np.sum((p - p.mean()) ** 2)
     scales = {"squared": 1.0, "huber": 1.345, "cauchy": 2.385, "tls": 2.576}
+    cauchy = KERNELS["cauchy"](scales["cauchy"])
+    line = irls(problem, cauchy, irls(problem, KERNELS["huber"](scales["huber"])).x).x
+    residuals = -problem.residuals(line)
+    far, high = residuals[_DOOR], np.dot(line - _WALL, [1, _DOOR])
+    leverage = 1 / p.size + (_DOOR - p.mean()) ** 2 / np.sum((p - p.mean()) ** 2)
     return Picture(
         name="leverage",
         title="Ten readings pull on a line",
@@ -49,24 +50,29 @@ def leverage() -> Picture:
             "Move the reading to place 16, at a height of 6 m, where its leverage is large. Does"
             " any kernel reject it there?",
         ],
-        caption=f"Least squares lets this reading pull with {pull:.1f}, {pull:.1f}σ above the"
-        f" line. The line is {high:.2f} m too high at place {_DOOR}. Leverage: {leverage:.2f}.",
+        caption=f"Cauchy lets this reading pull with {cauchy.psi(far):.1f},"
+        f" {far * _WALL_SIGMA:.2f} m above the line. The line is {high:.2f} m too high at place"
+        f" {_DOOR}. Leverage: {leverage:.2f}.",
         state={
-            "kernel": "squared", "held": _DOOR, "p": p.tolist(), "y": y.round(3).tolist(),
+            "kernel": "cauchy", "held": _DOOR, "p": p.tolist(), "y": y.round(3).tolist(),
+            "tried": {},
         },
         # There its residual is c.
-        answer={"kernel": "cauchy", "y": np.where(p == _DOOR, 3.57, y).round(3).tolist()},
+        answer={
+            "y": np.where(p == _DOOR, 3.57, y).round(3).tolist(),
+            "tried": {f"cauchy {_DOOR}": [0.0, round(float(far), 2)]},
+        },
         data={
             "p": p.tolist(), "y": y.round(3).tolist(), "truth": _WALL, "sigma": _WALL_SIGMA,
             "kernels": scales,
         },
-        still=_wall_still(p, y, line, -problem.residuals(line)),
+        still=_wall_still(p, y, line, cauchy.psi(residuals)),
     )  # fmt: skip
 
 
 @figure_style()
 def _wall_still(p: Array, y: Array, line: Array, pulls: Array) -> Figure:
-    """Return the readings with the line by least squares, and the pulls beneath them."""
+    """Return the readings with the line by Cauchy's kernel, and the pulls beneath them."""
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(5.6, 4.6), sharex=True)
     draw_line_fit(upper, p, y, (line[0], line[1]), _WALL, p == _DOOR)
     upper.set(ylabel="distance y (m)")

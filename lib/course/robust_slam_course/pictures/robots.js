@@ -101,38 +101,39 @@ function robotPanels(width, height, views) {
 function drawRobots(scene, view) {
   const { state, result, shown, width, height, data, change } = view;
   const panels = robotPanels(width, height, state.views);
-  const top = putLegend(scene, "words", "legend", 0, 0, panels.all.width, MEETING_LEGEND);
+  const top = putLegend(scene, "words", "legend", 0, 0, panels.all.width, [
+    ["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
+    ["is-rejected", "rejected"], ["is-outlier", "wrong"],
+  ]);
   const box = { ...panels.all, y: top, height: panels.all.height - top };
   const map = fitAround(scene, "map", box, data.truth, result.poses);
   for (const layer of ["shared", "own"]) scene.clip(layer, box);
-  const held = state.wrong.flat().map((pose) => posePixels(map, data.truth, pose));
+  const handles = state.wrong.flat().map((pose) => posePixels(map, data.truth, pose));
+  const points = data.labels.map((_, k) => posePixels(map, shown, k));
+  const halfway = points.slice(1).map(([x, y], k) => [(x + points[k][0]) / 2, (y + points[k][1]) / 2]);
   ROBOT_NAMES.forEach((name, k) => {
     putOwnDrive(scene, "ghost", `truth-${k}`, map, data.truth, data.labels, k, "is-ghost");
     putOwnDrive(scene, "own", `map-${k}`, map, shown, data.labels, k, ROBOT_LOOKS[k]);
-    putRobotName(scene, `name-${k}`, posePixels(map, shown, data.labels.indexOf(k)), name, box, held);
+    putRobotName(scene, `name-${k}`, posePixels(map, shown, data.labels.indexOf(k)), name, box, [...handles, ...points, ...halfway]);
   });
   panels.each.forEach((panel, k) => putRobotView(scene, k, panel, view));
-  result.shared.forEach((k) => putMeeting(scene, "shared", `edge-${k}`, map, shown, result, k));
+  // A wrong closure is where the reader holds it, on the true paths.
+  result.shared.forEach((k) => putMeeting(scene, "shared", `edge-${k}`, map, result.isWrong(k) ? data.truth : shown, result, k));
   putMeetingHandles(scene, map, state, data, change);
 }
-
-const MEETING_LEGEND = [
-  ["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
-  ["is-rejected", "rejected"], ["is-outlier", "wrong"],
-];
 
 function putOwnDrive(scene, layer, key, map, poses, labels, robot, look) {
   const own = labels.flatMap((label, k) => (label === robot ? [...poses.slice(3 * k, 3 * k + 3)] : []));
   putDrive(scene, layer, key, map, own, look);
 }
 
-/** The name beside the robot's first pose, clear of the handles, and within the map. */
-function putRobotName(scene, key, at, name, box, handles) {
-  const beside = [[-14, -8], [14, -8], [-14, 16], [14, 16]].map(([right, down]) => [
+/** The name beside the robot's first pose, clear of all in `taken`, and within the map. */
+function putRobotName(scene, key, at, name, box, taken) {
+  const beside = [[-14, -8], [14, -8], [-14, 16], [14, 16], [0, -20], [0, 20], [-20, 0], [20, 0]].map(([right, down]) => [
     Math.min(box.x + box.width - 8, Math.max(box.x + 8, at[0] + right)),
     Math.min(box.y + box.height - 8, Math.max(box.y + 8, at[1] + down)),
   ]);
-  const [x, y] = freePlace(beside, handles);
+  const [x, y] = freePlace(beside, taken, 14);
   scene.text("words", key, x, y + 5, name, "rs-head rs-halo", "middle");
 }
 
@@ -155,9 +156,7 @@ function putRobotView(scene, name, box, { result, shown, data }) {
   const known = [...labels.flatMap((label, k) => (label === name ? [k] : [])), ...sent];
   const inner = { x: box.x, y: box.y + 20, width: box.width, height: box.height - 20 };
   const map = fitMap(inner, known.flatMap((k) => [...shown.slice(3 * k, 3 * k + 3)]), 14);
-  scene.path(
-    "views", `view-${name}`, "is-grid", `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`,
-  );
+  scene.path("views", `view-${name}`, "is-grid", `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`);
   const count = box.width > 160 ? `${ROBOT_NAMES[name]}: ${known.length - sent.length} own poses, ${sent.length} of others`
     : `${ROBOT_NAMES[name]}: ${known.length - sent.length} + ${sent.length}`;
   scene.text("words", `view-head-${name}`, box.x + 2, box.y + 13, count, "rs-head");
@@ -174,8 +173,6 @@ function putRobotView(scene, name, box, { result, shown, data }) {
 /** The ends of wrong closures on the true paths: one is a pose of robot C, one of A or B. */
 function putMeetingHandles(scene, map, { wrong }, { truth, labels }, change) {
   wrong.forEach((join, number) => {
-    const d = pathThrough(join.map((pose) => posePixels(map, truth, pose)));
-    scene.path("shared", `wrong-${number}`, "rs-edge is-outlier", d, 1.5);
     join.forEach((pose, end) => {
       const allowed = (k) => (labels[k] === 2) === (end === 0);
       const move = (other) => change({
@@ -188,7 +185,7 @@ function putMeetingHandles(scene, map, { wrong }, { truth, labels }, change) {
         label: `Wrong closure ${number + 1}, end ${end ? "at A or B" : "at C"}`,
         text: `pose ${pose} of robot ${ROBOT_NAMES[labels[pose]]}`,
         now: pose, least: own[0], most: own.at(-1),
-        drag: (px, py) => move(nearestPose(truth, map.fromX(px), map.fromY(py), allowed)),
+        drag: (px, py) => move(nearestPose(truth, map.fromX(px), map.fromY(py), pose, allowed)),
         step: (right, up) => move(Math.min(own.at(-1), Math.max(own[0], pose + (right || up)))),
       });
     });

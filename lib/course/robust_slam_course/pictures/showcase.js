@@ -1,5 +1,5 @@
 import { boundedNumber } from "../canvas/js/draw/link.js";
-import { putLegend } from "../canvas/js/draw/legend.js";
+import { MAP_LEGEND, putLegend } from "../canvas/js/draw/legend.js";
 import { fitAround, nearestPose, posePixels, putDrive, putEdge } from "../canvas/js/draw/map.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
 import { livePicture } from "../canvas/js/draw/picture.js";
@@ -22,10 +22,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "wrong", "strip", "words"],
     controls: [
       { kind: "words", name: "method", label: "Method", options: Object.entries(METHODS) },
-      {
-        kind: "words", name: "start", label: "Start from",
-        options: [["squares", "least squares"], ["odometry", "odometry"]],
-      },
+      { kind: "words", name: "start", label: "Start from", options: [["squares", "least squares"], ["odometry", "odometry"]] },
     ],
     main: [context.model.get("data").main],
     height: (width) => (width < WIDE ? 392 : 380),
@@ -86,9 +83,7 @@ function drawShowcase(scene, view) {
   const { width, height, state, result, data } = view;
   const ribbon = { x: 0, y: height - RIBBON_HEIGHT, width, height: RIBBON_HEIGHT };
   const [left, strip] = twoPanels({ x: 0, y: 0, width, height: height - RIBBON_HEIGHT }, [1.7, 1], 0.66);
-  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
-    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
-  ]);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, MAP_LEGEND);
   const poses = view.shown.subarray(0, data.truth.length);
   const weights = view.shown.subarray(data.truth.length);
   const box = { ...left, y: left.y + top, height: left.height - top };
@@ -102,9 +97,9 @@ function drawShowcase(scene, view) {
       wrong && k === weights.length - NINE ? 3 : 1.5);
   });
   const [cx, cy] = posePixels(map, data.truth, data.end);
-  scene.put("wrong", "end", "circle", { class: "rs-open is-outlier", cx, cy, r: 5, style: "stroke-dasharray:none" });
+  putOtherEnd(scene, "end", cx, cy);
   putWeights(scene, strip, weights);
-  putTried(scene, ribbon, state);
+  putTried(scene, ribbon, view);
   putWrongEnd(scene, map, view);
 }
 
@@ -120,32 +115,45 @@ function putWeights(scene, box, weights) {
 
 const RIBBON_HEIGHT = 52; // pixels
 
-/** What was tried along the drive, and faint what was tried from the other start. */
-function putTried(scene, { x, y, width }, { method, start, tried, place }) {
+/** What was tried along the drive, and faint what was tried from the other start; the circle is the other end. */
+function putTried(scene, { x, y, width }, view) {
+  const { state: { method, start, tried, place }, data: { end } } = view;
   const other = runOf({ method, start: start === "squares" ? "odometry" : "squares" });
   const ribbon = tried[runOf({ method, start })];
   const each = width / ribbon.length;
-  putRibbon(scene, "strip", "tried", { x, y: y + 24, width, height: 16 }, ribbon);
+  const free = (letters) => [...letters].map((letter, k) => (Math.abs(k - end) < 2 ? " " : letter)).join("");
+  putRibbon(scene, "strip", "tried", { x, y: y + 24, width, height: 16 }, free(ribbon));
   if (other !== method && tried[other]) {
-    putRibbon(scene, "strip", "other", { x, y: y + 43, width, height: 8 }, tried[other], true);
+    putRibbon(scene, "strip", "other", { x, y: y + 43, width, height: 8 }, free(tried[other]), true);
   }
-  scene.path("strip", "here", "is-ink", `M${x + (place + 0.5) * each} ${y + 20}l-4 -5h8Z`, 1.5);
+  putOtherEnd(scene, "end-tried", x + (end + 0.5) * each, y + 32);
+  putPlace(scene, "strip", "Wrong closures, place along the drive", [x + (place + 0.5) * each, y + 14], view,
+    (px) => Math.floor((px - x) / each));
   const count = (letter) => [...ribbon].filter((one) => one === letter).length;
-  const words = `The drive: ${count(letterOf(true))} lost of ${ribbon.replaceAll(".", "").length} tried`;
+  const words = `${width < WIDE ? "" : "The drive: "}${count(letterOf(true))} lost of ${ribbon.replaceAll(".", "").length} tried`;
   const right = (place + 0.5) * each < width / 2;
   scene.text("words", "tried", right ? x + width : x, y + 13, words, "rs-tick", right ? "end" : "start");
 }
 
-function putWrongEnd(scene, map, { data, state, change }) {
+function putOtherEnd(scene, key, cx, cy) {
+  scene.put("wrong", key, "circle", { class: "rs-open is-outlier", cx, cy, r: 5, style: "stroke-dasharray:none" });
+}
+
+function putWrongEnd(scene, map, view) {
+  const { data: { truth, end }, state: { place } } = view;
+  putPlace(scene, "place", "Wrong closures, moved end", posePixels(map, truth, place), view, (px, py) => nearestPose(
+    truth, map.fromX(px), map.fromY(py), place, (k) => k <= truth.length / 3 - NINE && Math.abs(k - end) >= 2,
+  ));
+}
+
+/** A handle that moves the nine to the place `under` the pointer. */
+function putPlace(scene, key, label, [x, y], { data, state, change }, under) {
   const last = data.truth.length / 3 - NINE;
-  const [x, y] = posePixels(map, data.truth, state.place);
   const move = (place) => change({ place: Math.min(last, Math.max(0, place)) });
-  putHandle(scene, "place", {
-    x, y, shape: "diamond", look: "rs-wrong", label: "Wrong closures, moved end",
+  putHandle(scene, key, {
+    x, y, shape: "diamond", look: "rs-wrong", label,
     text: `pose ${state.place}`, now: state.place, least: 0, most: last,
-    drag: (px, py) => move(nearestPose(
-      data.truth, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - data.end) >= 2,
-    )),
+    drag: (px, py) => move(under(px, py)),
     step: (right, up) => {
       const to = state.place + (right || up);
       // Past the other end, on to the first pose on its far side.

@@ -2,7 +2,8 @@
 
 u is a whitened residual, without unit, and χ² its square; readings and estimates share one unit.
 Colour is never the only sign: what must be told apart differs in line or marker too. Where a
-function's arrays do not fit each other, it raises ``ValueError``.
+function's arrays do not fit each other, or a number that it needs is not finite, it raises
+``ValueError``.
 """
 
 import numpy as np

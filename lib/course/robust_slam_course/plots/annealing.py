@@ -76,9 +76,6 @@ def draw_stage(
     basin. The readings are ticks along the bottom. The cost of `kernel`, which the surrogates
     harden into, is a broad band behind. The estimate's `move` in this stage is a ring on the
     curve where it came from, and a diamond where it went.
-
-    Raises:
-        ValueError: z or x is no list of finite numbers.
     """
     grid, readings = finite("x", x, (-1,)), finite("z", z, (-1,))
 
@@ -119,9 +116,6 @@ def draw_weight_history(
 
     The masks `is_outlier` and `shown` (m,) mark the outliers, and the measurements to draw.
     Step 0 is the start, with weights 1. Under each step stands its μ, if it has one.
-
-    Raises:
-        ValueError: a mask does not have one entry for each weight.
     """
     weights = np.array([step.weights for step in history])
     m = weights.shape[1]

@@ -11,12 +11,9 @@ from matplotlib.figure import Figure
 
 
 def show(figure: Figure, caption: str, alt: str) -> None:
-    """Display a pyplot figure with a caption and an alternative text, and close it.
+    """Display a pyplot figure with a caption, a paragraph of Markdown below it, and close it.
 
-    Args:
-        figure: what to show.
-        caption: Markdown for below the figure, one paragraph.
-        alt: what the figure shows, in plain words, for readers who cannot see it.
+    `alt` says in plain words what it shows, for readers who cannot see it.
     """
     words = {"figure": {"caption": caption}, "image": {"alt": alt}}
     display(figure, metadata={"mystnb": words})  # type: ignore[no-untyped-call]

@@ -21,9 +21,6 @@ def draw_spectrum(ax: Axes, eigenvalues: ArrayLike) -> Axes:
     """Draw eigenvalues (k,), largest first: dots above 0, rings at 0, crosses below 0.
 
     A 0 is what is at most 1e-5 of the largest size. The legend counts the three kinds.
-
-    Raises:
-        ValueError: the eigenvalues are no list of finite numbers.
     """
     values = np.sort(finite("eigenvalues", eigenvalues, (-1,)))[::-1]
     small = _NOUGHT * np.abs(values).max(initial=0.0)
@@ -47,9 +44,6 @@ def draw_ring(ax: Axes, angles: ArrayLike) -> Axes:
     """Draw headings (n,) in rad on a ring, and at each edge by how many degrees it is missed.
 
     Each pose is measured to have the heading of the one before it.
-
-    Raises:
-        ValueError: the angles are not a list of finite numbers.
     """
     heading = finite("angles", angles, (-1,))
     n = heading.size
@@ -74,11 +68,7 @@ def draw_ring(ax: Axes, angles: ArrayLike) -> Axes:
 
 
 def draw_gaps(ax: Axes, noise: ArrayLike, gaps: ArrayLike, names: Sequence[str]) -> Axes:
-    """Draw gaps (k, m) over noise (k,), one line for each of m draws.
-
-    Raises:
-        ValueError: the shapes do not agree.
-    """
+    """Draw gaps (k, m) over noise (k,), one line for each of m draws."""
     across = finite("noise", noise, (-1,))
     up = finite("gaps", gaps, (across.size, len(names)))
     for look, name, line in zip(LOOKS[1:], names, up.T, strict=False):
@@ -92,9 +82,6 @@ def draw_climb(ax: Axes, levels: Sequence[ArrayLike], ranks: Sequence[int]) -> A
 
     A level (k,) begins where the one before it ended. Its rank and its last cost stand at
     its end.
-
-    Raises:
-        ValueError: there is not one rank for each level, or a level is not a list of numbers.
     """
     if len(levels) != len(ranks):
         raise ValueError(f"ranks: there are {len(ranks)} for {len(levels)} levels")

@@ -25,9 +25,6 @@ def draw_chain(
     `edges` is (m, 2), poses from 0; the wrong closures of the mask `is_outlier` (m,) are arcs
     below the line; `labels` (m,) are written at the middle of the edges. Poses are named x₁,
     x₂ …, unless `named` is False.
-
-    Raises:
-        ValueError: an array does not have one row for each edge.
     """
     at, ends = np.asarray(x, dtype=np.float64), np.asarray(edges)
     looks = edge_looks(len(ends), is_odometry, is_outlier)

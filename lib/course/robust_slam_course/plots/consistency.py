@@ -31,9 +31,6 @@ def draw_consistency(
 
     `adjacency` (m, m) is boolean and symmetric, its diagonal does not matter; `members` (k,) are
     the indices of the clique; the mask `is_outlier` (m,) marks the outliers.
-
-    Raises:
-        ValueError: `adjacency` is not square, or a mask or the names do not have m entries.
     """
     joined = np.triu(np.asarray(adjacency, dtype=np.bool_), 1)
     m = len(joined)
@@ -61,9 +58,6 @@ def draw_ranges(ax: Axes, places: ArrayLike, ranges: ArrayLike, best: ArrayLike)
     """Draw a circle of each range (m,) around its place (m, 2), and the point `best` (2,).
 
     Where the circles of two places cross, the two ranges agree; units are m.
-
-    Raises:
-        ValueError: an array has the wrong shape.
     """
     at = finite("places", places, (-1, 2))
     for (x, y), size in zip(at, finite("ranges", ranges, (len(at),)), strict=True):
@@ -84,9 +78,6 @@ def draw_agreement(
 
     `adjacency` (m, m) and the mask `is_outlier` (m,) are over the closures, `members` (k,) are
     those of the clique, which get a ring on the diagonal. A line separates inliers from outliers.
-
-    Raises:
-        ValueError: the arrays do not fit each other.
     """
     m = np.size(is_outlier)
     wrong = mask("is_outlier", is_outlier, m)

@@ -11,15 +11,12 @@ from matplotlib.patches import ConnectionPatch
 from robust_slam._arrays import Array
 from robust_slam.palette import PALETTE
 
-_DEPTH, _EYE, _HEIGHT = (
-    6.0,
-    1.6,
-    7.0,
-)  # m: the corner's distance, the camera's and the roof's height
+_DEPTH, _EYE, _HEIGHT = 6.0, 1.6, 7.0  # m: how far the corner is, how high the camera and the roof
 _SIDES = np.array([[-1.0, 1.0], [1.0, 1.0]]) / np.sqrt(2.0)
 _COLUMNS, _FLOORS = (0.7, 2.1, 3.5), (2.9, 4.9)  # m: windows along a wall, and above the street
 _WIDE, _TALL, _LONG = 0.8, 1.2, 5.0  # m: a window, and a wall
 _SHOP = (0.5, 0.7, 4.1, 1.6)  # m: a shop window, along the wall, above the street, wide and tall
+_LAMP = np.array([[-2.6, 4.5, 0.0], [-2.6, 4.5, 3.6], [-2.2, 4.5, 3.9], [-1.9, 4.5, 3.6]])  # m
 
 
 @dataclass(frozen=True)
@@ -80,15 +77,11 @@ def draw_corner(ax: Axes, view: View, beside: Literal["lamp", "tree"]) -> Array:
     ax.add_collection(LineCollection(house, colors=PALETTE["truth"], linewidths=1.2))
     seen = view.project(features)
     ax.plot(*seen.T, "o", markersize=3.5, markerfacecolor="none", color=PALETTE["inlier"])
-    for line in _lamp() if beside == "lamp" else _tree():
+    for line in [_LAMP] if beside == "lamp" else _tree():
         ax.plot(*view.project(line).T, color=PALETTE["estimate"], linestyle="-")
     ax.set(xlim=(-0.8, 0.8), ylim=(-0.45, 1.0), aspect="equal")
     ax.set_axis_off()
     return seen
-
-
-def _lamp() -> list[Array]:
-    return [np.array([[-2.6, 4.5, z] for z in (0.0, 3.6)] + [[-2.2, 4.5, 3.9], [-1.9, 4.5, 3.6]])]
 
 
 def _tree() -> list[Array]:

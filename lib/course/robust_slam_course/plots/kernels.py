@@ -98,11 +98,11 @@ def draw_drift(ax: Axes, outlier: ArrayLike, estimates: Mapping[str, ArrayLike])
 def _draw_curve(
     ax: Axes, kernel: Kernel, curve: Callable[[Array], Array], u_max: float, mark: float
 ) -> None:
-    """Draw a curve of a kernel, and a marker on it if that is on the grid."""
+    """Draw a curve of a kernel, broken at jumps, and a marker on it if that is on the grid."""
     u = _grid(kernel.scale, u_max)
-    look = kernel_look(kernel.name)
-    values = _broken_at_jumps(curve(u), u)
-    ax.plot(u, values, **look.line, label=kernel.label)
+    look, values = kernel_look(kernel.name), curve(u)
+    jump = np.abs(np.diff(values, prepend=values[0])) > 1e-3 + 1e3 * np.diff(u, prepend=u[0])
+    ax.plot(u, np.where(jump, np.nan, values), **look.line, label=kernel.label)
     if mark <= u_max:
         ax.plot([mark], curve(np.array([mark])), look.marker, color=look.color, zorder=4)
 
@@ -113,12 +113,6 @@ def _grid(scale: float, u_max: float) -> Array:
     if not 0.0 < scale < u_max:
         return u
     return np.unique(np.concatenate([u, [scale, scale * (1.0 + 1e-9)]]))
-
-
-def _broken_at_jumps(values: Array, u: Array) -> Array:
-    """Return the values with a NaN after each jump, so that no line is drawn across it."""
-    jump = np.abs(np.diff(values)) > 1e-3 + 1e3 * np.diff(u)
-    return np.where(np.concatenate([[False], jump]), np.nan, values)
 
 
 def _curvature(kernel: Kernel) -> Callable[[Array], Array]:

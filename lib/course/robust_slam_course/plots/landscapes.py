@@ -30,9 +30,6 @@ def draw_ends(ax: Axes, z: ArrayLike, kernel: Kernel, starts: ArrayLike) -> Axes
 
     Starts from which no reading is kept, so that IRLS does not move, are dashed. A line is broken
     where the end jumps.
-
-    Raises:
-        ValueError: z or the starts are not a list of finite numbers.
     """
     x0, problem = finite("starts", starts, (-1,)), LocationProblem(z)
     results = [irls(problem, kernel, float(x), max_iterations=1000) for x in x0]

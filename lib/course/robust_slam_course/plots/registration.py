@@ -22,20 +22,12 @@ _MANY = 50
 
 
 def seen(points: ArrayLike) -> Array:
-    """Return where points (m, 3) appear in the drawing, (m, 2), without perspective.
-
-    Raises:
-        ValueError: the points are not (m, 3) or not finite.
-    """
+    """Return where points (m, 3) appear in the drawing, (m, 2), without perspective."""
     return np.asarray(finite("points", points, (-1, 3)) @ _VIEW.T)
 
 
 def draw_scans(ax: Axes, first: ArrayLike, second: ArrayLike) -> Axes:
-    """Draw the points of two scans, (k, 3) and (l, 3), in one unit and one frame.
-
-    Raises:
-        ValueError: the points are not (k, 3) or not finite.
-    """
+    """Draw the points of two scans, (k, 3) and (l, 3), in one unit and one frame."""
     ax.plot(*seen(first).T, ".", color=PALETTE["estimate"], markersize=3.5, label="first scan")
     (plus,) = ax.plot(*seen(second).T, "+", color=PALETTE["truth"], label="second scan")
     plus.set(markersize=4.5, markeredgewidth=0.8)
@@ -45,11 +37,7 @@ def draw_scans(ax: Axes, first: ArrayLike, second: ArrayLike) -> Axes:
 
 
 def draw_matches(ax: Axes, first: ArrayLike, second: ArrayLike, *, is_outlier: ArrayLike) -> Axes:
-    """Draw a line for each match, from `first` (m, 3) to `second` (m, 3); the legend counts them.
-
-    Raises:
-        ValueError: the shapes do not agree.
-    """
+    """Draw a line for each match, `first` (m, 3) to `second` (m, 3); the legend counts them."""
     ends = seen(first)
     ends = np.stack([ends, seen(finite("second", second, (len(ends), 3)))], axis=1)
     wrong = mask("is_outlier", is_outlier, len(ends))

@@ -113,7 +113,7 @@ def _add(whole: Array, pieces: Pieces, update: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class MultifrontalFactors:
-    """Top and side of the factor L, front by front, as ``pattern.Factors``."""
+    """Top and side of the factor L, front by front."""
 
     owner: Multifrontal
     fronts: list[tuple[Array, Array]]

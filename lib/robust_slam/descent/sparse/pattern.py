@@ -9,39 +9,17 @@ Source: Davis 2006, chapters 2 and 4, assembly and symbolic analysis.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.descent.sparse.elimination import Elimination, find_elimination, find_fronts
-from robust_slam.descent.sparse.multifrontal import Multifrontal
-from robust_slam.descent.sparse.simplicial import Simplicial
+from robust_slam.descent.sparse.multifrontal import Multifrontal, MultifrontalFactors
+from robust_slam.descent.sparse.simplicial import Simplicial, SimplicialFactors
 
 DENSE = 5500.0
 """Multiplications per pose above which dense fronts are faster than sparse columns."""
-
-
-class Factors(Protocol):
-    """A positive definite matrix, factorised, over poses in the order of elimination."""
-
-    @property
-    def pivots(self) -> Array:
-        """The pivots ``(n − 1, b)`` of the Cholesky factorisation, all above 0."""
-
-    def solve(self, right: Array) -> Array:
-        """Return the solutions ``(n − 1, b, c)`` of c right-hand sides at once."""
-
-
-class Method(Protocol):
-    """A way to factorise: ``Simplicial`` or ``Multifrontal``."""
-
-    def solve(self, blocks: Array, right: Array) -> Array | None:
-        """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
-
-    def factorise(self, blocks: Array) -> Factors | None:
-        """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +41,7 @@ class BlockPattern:
     column: Indices
     onto: csr_array
     flipped: Mask
-    method: Method
+    method: Simplicial | Multifrontal
 
     def sum(self, pieces: Array) -> Array:
         """Return the filled blocks ``(k, block, block)``, summed over the edges.
@@ -127,10 +105,10 @@ class BlockPattern:
 
 @dataclass(frozen=True, eq=False)
 class PoseFactors:
-    """Factors whose unknowns are indexed by pose."""
+    """Factors whose unknowns are indexed by pose; ``factors`` have them by their elimination."""
 
     pattern: BlockPattern
-    factors: Factors
+    factors: SimplicialFactors | MultifrontalFactors
 
     def solve(self, right: Array) -> Array:
         """Return the solution ``(n, block, …)`` for ``right`` of that shape; 0 at pose 0."""

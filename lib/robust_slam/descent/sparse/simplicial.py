@@ -76,7 +76,7 @@ class Simplicial:
 
 @dataclass(frozen=True, eq=False)
 class SimplicialFactors:
-    """Factors in the memory of QDLDL, as ``pattern.Factors``.
+    """Factors in the memory of QDLDL, over poses in the order of elimination.
 
     Its methods raise RuntimeError where ``Simplicial.solver`` does.
     """

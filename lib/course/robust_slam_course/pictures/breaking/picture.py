@@ -7,7 +7,7 @@ from robust_slam_course.pictures.breaking import rules as game
 from robust_slam_course.pictures.graphs import graph_data, map_still, stored
 from robust_slam_course.quiz import ask
 
-_FIRST = "A:gnc:2-9:1,1:1"
+_FIRST = "A:gnc:0-9:1,1:2"
 
 
 def breaking() -> Picture:
@@ -32,7 +32,7 @@ def breaking() -> Picture:
         tries=[
             "Town B has four inliers. With how few outliers can you fool GNC there?",
         ],
-        caption=f"One outlier with an offset of {first.rank[1]:.2f} m bends the map of GNC in town"
+        caption=f"Two outliers with an offset of {first.rank[1]:.2f} m bend the map of GNC in town"
         f" A by {game.bent(first):.2f} m, and {game.BOUND} m is enough to fool it. Outliers are"
         " dashed.",
         state={
@@ -41,6 +41,7 @@ def breaking() -> Picture:
             "ends": [first.i, first.j],
             "offset": [first.dx, first.dy],
             "count": first.count,
+            "tried": {},
         },
         answer={"ends": [shown.i, shown.j], "offset": [shown.dx, shown.dy], "count": shown.count},
         data={

@@ -76,11 +76,7 @@ function listen(element, scene) {
     element.options.drag(at[0] + grip[0], at[1] + grip[1]);
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
-    element.addEventListener(name, () => {
-      grip = null;
-      scene.held = false;
-      scene.released();
-    });
+    element.addEventListener(name, () => { grip = null; });
   }
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -97,11 +93,14 @@ function listen(element, scene) {
   });
 }
 
-/** The handle nearest to a point in pixels: targets overlap, and the uppermost may be farther. */
+/**
+ * The handle nearest to a point in pixels: targets overlap, and the uppermost may be farther. Of those
+ * at one place it is the one that was taken last, or the uppermost.
+ */
 function nearestHandle(scene, [x, y]) {
   const handles = [...scene.layers.get("handles").children].filter(({ take }) => take);
-  const distance = ({ options }) => Math.hypot(options.x - x, options.y - y);
-  return handles.reduce((best, other) => (distance(other) < distance(best) ? other : best));
+  const distance = (one) => Math.hypot(one.options.x - x, one.options.y - y) - (one === document.activeElement ? 4 : 0);
+  return handles.reduce((best, other) => (distance(other) <= distance(best) ? other : best));
 }
 
 /** Where a pointer is, in the scene's pixels. */

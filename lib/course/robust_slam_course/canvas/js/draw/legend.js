@@ -1,5 +1,7 @@
 import { setAttributes } from "./scene.js";
 
+export const MAP_LEGEND = [["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"]];
+
 /**
  * A legend in one line, from `x` on (pixels), and in more lines where `width` is too small:
  * `entries` is `[[look, text], …]` with the class of each line. Returns its height.

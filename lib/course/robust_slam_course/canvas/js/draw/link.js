@@ -13,9 +13,7 @@ export function possibleJoins(joins, last, gap, most) {
 
 /** The part of an address that brings back a state: `#name={…}`, with what differs from `first`. */
 export function stateToHash(name, state, first) {
-  const changed = Object.entries(state).filter(
-    ([key, value]) => JSON.stringify(value) !== JSON.stringify(first[key]),
-  );
+  const changed = Object.entries(state).filter(([key, value]) => JSON.stringify(value) !== JSON.stringify(first[key]));
   return `#${name}=${encodeURIComponent(JSON.stringify(Object.fromEntries(changed)))}`;
 }
 

@@ -33,7 +33,8 @@ const STEP = 0.08; // of the map's size, by which a side of it is moved out
 
 /**
  * As `fitMap` of `truth`, with sides moved out by whole steps until `poses` are in the box, too.
- * While a handle is held the map named `key` stays, so that what is held stays at the hand.
+ * The map named `key` stays as long as the hand that took a handle is in the drawing: what it held, and
+ * may take again, stays at the hand.
  */
 export function fitAround(scene, key, box, truth, poses, margin = 24) {
   const kept = scene.fits.get(key);
@@ -72,11 +73,14 @@ export function putEdge(scene, layer, key, map, poses, [i, j], look, width = 2) 
   return scene.put(layer, key, "line", { class: `rs-edge ${look}`, ...ends, "stroke-width": width, "data-part": key });
 }
 
-/** The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. */
-export function nearestPose(poses, x, y, allowed = () => true) {
+/**
+ * The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. Where the
+ * drive crosses itself it is the visit nearest in number to `held`, the pose that was there before.
+ */
+export function nearestPose(poses, x, y, held, allowed = () => true) {
   let [best, least] = [-1, Infinity];
   for (let k = 0; k < poses.length / 3; k += 1) {
-    const distance = Math.hypot(poses[3 * k] - x, poses[3 * k + 1] - y);
+    const distance = Math.hypot(poses[3 * k] - x, poses[3 * k + 1] - y) + 1e-4 * Math.abs(k - held);
     if (distance < least && allowed(k)) [best, least] = [k, distance];
   }
   return best;
@@ -104,7 +108,7 @@ export function putClosureHandles(scene, map, poses, closures, edit, {
       label: `${noun} ${number + 1}, ${end ? "second" : "first"} end`,
       text: `pose ${here}`, now: here, least: 0, most: last,
       drag: (px, py) => move(nearestPose(
-        poses, map.fromX(px), map.fromY(py), (k) => k <= last && Math.abs(k - there) >= JOIN_GAP,
+        poses, map.fromX(px), map.fromY(py), here, (k) => k <= last && Math.abs(k - there) >= JOIN_GAP,
       )),
       step: (right, up) => {
         const steps = right || up;

@@ -41,15 +41,24 @@ export function livePicture({ model, el }, spec) {
   let result = spec.solve(state, data);
   let [asked, stale, spoken, rested] = [0, false, 0, null];
   const glide = new Glide();
-  const parts = frame(el, texts, spec, change, calm);
+  const parts = frame(el, texts, spec, choose, calm);
   const scene = new Scene(parts.stage, texts.title);
-  scene.released = ask;
+  scene.root.addEventListener("pointerleave", () => {
+    scene.held = false;
+    ask();
+  });
   const view = { data, change, picture: el };
 
   function change(partial) {
     state = clean({ ...state, ...partial });
     stale = true;
     ask();
+  }
+
+  /** Change what a control, and no hand in the drawing does: its maps are fitted anew. */
+  function choose(partial) {
+    scene.held = false;
+    change(partial);
   }
 
   function ask() {
@@ -101,15 +110,15 @@ export function livePicture({ model, el }, spec) {
   // What the answer leaves to time is played.
   const players = parts.controls.filter(({ play, name: own }) => play && spec.main.includes(own) && !(own in answer));
   const shows = () => {
-    change({ ...first, ...answer });
+    choose({ ...first, ...answer });
     for (const { play } of players) play();
   };
   parts.reset.addEventListener("click", () => {
     el.querySelector(".rs-predict").reset();
-    change(first);
+    choose(first);
   });
   offerToShow(el, shows);
-  if (spec.joins) el.querySelector(".rs-predict").addEventListener("change", shows);
+  el.querySelector(".rs-predict").addEventListener("change", spec.joins ? () => choose(answer) : ask);
   parts.link.addEventListener("click", async () => {
     window.history.replaceState(null, "", stateToHash(name, state, first));
     nameIcon(parts.link, "The address has this state now");
@@ -127,7 +136,7 @@ export function livePicture({ model, el }, spec) {
   const follow = () => {
     if (!linked()) return;
     unfold();
-    change(linked());
+    choose(linked());
   };
   window.addEventListener("hashchange", follow);
   const resized = new ResizeObserver(ask);
@@ -204,9 +213,8 @@ function between(one, other, share) {
 function wordsOf(text, before) {
   const bare = (word) => word.replace(/[.,:;)]+$/, "");
   const known = new Set(before.split(/\s+/).map(bare));
-  const isNew = (word) => /\d/.test(word) && !known.has(bare(word));
-  return text.split(/(\s+)/).flatMap((word) => (
-    isNew(word) ? [htmlElement("strong", {}, bare(word)), word.slice(bare(word).length)] : [word]
+  return text.split(/(\s+)/).flatMap((word) => (/\d/.test(word)
+    ? [htmlElement(known.has(bare(word)) ? "span" : "strong", {}, bare(word)), word.slice(bare(word).length)] : [word]
   ));
 }
 

@@ -31,9 +31,8 @@ export class Scene {
     this.layers = new Map();
     this.parts = new Map();
     this.seen = new Set();
-    this.fits = new Map(); // sizes of maps, which stay while a handle is held
+    this.fits = new Map(); // sizes of maps, which stay while the hand that took a handle is in the drawing
     this.held = false;
-    this.released = () => {};
     // All pictures of a page share one set of ids; the same state shall give the same drawing.
     this.name = `rs-${label.replace(/\W+/g, "-")}`;
   }

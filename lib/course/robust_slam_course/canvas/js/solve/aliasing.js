@@ -12,8 +12,6 @@ export function agreeingClosures(truth, [i, j], size, displacement = null) {
   const pose = (k) => truth.slice(3 * k, 3 * k + 3);
   const moved = displacement ?? se2Compose(pose(i), se2Inverse(pose(j)));
   const edges = Array.from({ length: size }, (_, k) => [i + k, j + k]);
-  const measurements = edges.flatMap(([a, b]) => [
-    ...se2Between(pose(a), se2Compose(moved, pose(b))),
-  ]);
+  const measurements = edges.flatMap(([a, b]) => [...se2Between(pose(a), se2Compose(moved, pose(b)))]);
   return { edges, measurements };
 }

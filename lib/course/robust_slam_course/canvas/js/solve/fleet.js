@@ -175,9 +175,7 @@ function ownProblem(robot, graph, inner) {
     poses: robot.own.length + 1,
     edges,
     measurements: [...measurements, ...robot.shared.map(({ z }) => z), [0, 0, 0]],
-    information: [
-      ...information, ...robot.shared.map((edge) => edge.information), [1, 0, 0, 0, 1, 0, 0, 0, 1],
-    ],
+    information: [...information, ...robot.shared.map((edge) => edge.information), [1, 0, 0, 0, 1, 0, 0, 0, 1]],
     trusted: edges.map(() => 1),
   });
   return poseGraphProblem(block, { guess: robot.poses, tol: 1e-9 });

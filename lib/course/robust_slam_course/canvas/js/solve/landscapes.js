@@ -57,8 +57,6 @@ export function majoriser(z, sigma, kernelName, c, at) {
     total += weights[k];
     sum += weights[k] * z[k];
   }
-  const value = (x) => weights.reduce(
-    (cost, weight, k) => cost + 0.5 * weight * ((x - z[k]) / sigma) ** 2, floor,
-  );
+  const value = (x) => weights.reduce((cost, weight, k) => cost + 0.5 * weight * ((x - z[k]) / sigma) ** 2, floor);
   return { weights, floor, lowest: total > 0 ? sum / total : null, value };
 }

@@ -17,8 +17,6 @@ const OFF = 1e-6; // the λ of a closure that its prior alone switches off
 export function switchesWithPriors(problem, lambda, logOdds, start, options) {
   const first = problem.count - logOdds.length;
   const of = (k) => Math.max(OFF, lambda + 2 * logOdds[k - first]);
-  const rule = steadyRule(
-    (u, state, k) => (of(k) / (of(k) + u * u)) ** 2, (u, k) => (0.5 * of(k) * u * u) / (of(k) + u * u),
-  );
+  const rule = steadyRule((u, state, k) => (of(k) / (of(k) + u * u)) ** 2, (u, k) => (0.5 * of(k) * u * u) / (of(k) + u * u));
   return reweight(problem, rule, start, options);
 }
