@@ -9,7 +9,11 @@ from matplotlib.figure import Figure
 
 _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
 _BEFORE_SVG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
-_METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)
+# Metadata, turns by nothing, the indent, and fonts before the page's own.
+_IDLE = re.compile(
+    r"\s*<metadata>.*?</metadata>| transform=\"rotate\(-0 [^\"]*\"|(?<=\n) +|'[\w ]+', ",
+    re.DOTALL,
+)
 _PLACE = re.compile(r'(?<=\s[dxy]=")[^"]*')
 _TAIL = re.compile(r"(\.\d\d)\d+")
 
@@ -33,5 +37,5 @@ def to_svg(figure: Figure) -> str:
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None})
     plt.close(figure)
-    svg = _METADATA.sub("", _BEFORE_SVG.sub("", buffer.getvalue()))
+    svg = _IDLE.sub("", _BEFORE_SVG.sub("", buffer.getvalue()))
     return _PLACE.sub(lambda place: _TAIL.sub(r"\1", place[0]), svg)

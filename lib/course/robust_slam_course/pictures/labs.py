@@ -34,8 +34,7 @@ def arena() -> Picture:
         name="arena",
         title="As many outliers as you like",
         question=ask(
-            "Up to which share of random outliers is GNC’s map of this town good, less than 0.5 m"
-            " off?",
+            "Up to which share of random outliers is GNC’s map good, less than 0.5 m off?",
             {
                 "30 %": "Up to 70 % it finds the same good map.",
                 "70 %": "Up to there its map is 0.27 m off, and at 80 % 1.42 m.",
