@@ -116,8 +116,8 @@ def showcase() -> Picture:
         {
             "nowhere": f"This is no vote against ten correct ones: from {lost} of {places} places"
             " the nine win.",
-            "some places": f"From {lost} of {places}, most near the beginning of the drive, where"
-            " least squares has hidden their error.",
+            "some places": f"From {lost} of {places}, poses 1 to 6 among them, where least squares"
+            " has hidden their error.",
             "everywhere": f"GNC rejects all nine from most places, but from {lost} of {places}"
             " they win.",
         },
