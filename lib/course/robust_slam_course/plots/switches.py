@@ -37,6 +37,6 @@ def draw_modes(ax: Axes, rule: NullHypothesis, u_max: float) -> Axes:
     ax.plot(u, inlier, "-", color=PALETTE["inlier"], label="inlier mode")
     ax.plot(u, outlier, "--", color=PALETTE["outlier"], label="outlier mode")
     at = rule.switch_norm
-    ax.plot(at, 0.5 * at**2, "D", color=PALETTE["estimate"], zorder=5, label=f"switch, {at:.3f}")
+    ax.plot(at, 0.5 * at**2, "D", color=PALETTE["estimate"], zorder=5, label=f"change, {at:.3f}")
     ax.set(xlabel="whitened residual u", ylabel="cost", xlim=(0.0, u_max))
     return ax
