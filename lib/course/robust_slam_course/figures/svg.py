@@ -128,7 +128,8 @@ def _set_formula(text: ET.Element) -> None:
 
     Matplotlib places each letter by its own font; what has no raised or lowered sign stays small.
     """
-    spans = sorted(text.iter("tspan"), key=lambda span: float(span.get("x", 0.0)))
+    # Older releases, as the page's, give a place for each letter.
+    spans = sorted(text.iter("tspan"), key=lambda span: float(span.get("x", "0").split()[0]))
     if not spans:
         return
     size = max(_size(span) for span in spans)
