@@ -11,7 +11,8 @@ _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
 _BEFORE_SVG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 # Metadata, turns by nothing, the indent, and fonts before the page's own.
 _IDLE = re.compile(
-    r"\s*<metadata>.*?</metadata>| transform=\"rotate\(-0 [^\"]*\"|(?<=\n) +|'[\w ]+', ",
+    r"\s*<metadata>.*?</metadata>| transform=\"rotate\(-0 [^\"]*\"|(?<=\n) +"
+    r"|(?<=font-family: )(?:'[\w ]+', )+",
     re.DOTALL,
 )
 _PLACE = re.compile(r'(?<=\s[dxy]=")[^"]*')
