@@ -73,9 +73,12 @@ class Linearisation:
         """The w Ω r ``(m, D)``."""
         return np.asarray(self.weights[:, None] * self.residuals.applied)
 
-    @cached_property
+    @property
     def system(self) -> tuple[Array, Array]:
-        """H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
+        """H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``.
+
+        It is not kept: the next one reuses its memory.
+        """
         graph, residuals = self.equations.graph, self.residuals
         jacobian = pose_graph.linearise(graph, residuals.relative, residuals.r)
         information = self.weights[:, None, None] * graph.information
