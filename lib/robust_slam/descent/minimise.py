@@ -140,8 +140,8 @@ def damped(
 ) -> Iterator[Descent[P]]:
     """Yield where Levenberg–Marquardt begins, and where each step leads that is not rejected.
 
-    It tries at most so many steps, the first with ``damping``. A step that is small is the last.
-    As a damped step can be small anywhere, it is not if ``ends_undamped``; undamped ones follow.
+    At most so many steps are tried, the first with ``damping``, and a small one is the last. A
+    damped step can be small anywhere: with ``ends_undamped``, undamped ones follow it.
     """
     least, growth = FIRST_DAMPING if ends_undamped else 0.0, 2.0
     yield Descent(here, converged=False)
