@@ -429,17 +429,19 @@ class Count:
 @contextmanager
 def counted() -> Iterator[Count]:
     """Count the linear solves of the library while the context lasts."""
-    count, original = Count(), NormalEquations._minimise
+    count, original = Count(), NormalEquations.damped_step
 
-    def minimise(self: NormalEquations, *arguments: Array | None) -> Array:
+    def step(
+        self: NormalEquations, hessian: Array, gradient: Array, damping: float
+    ) -> tuple[Array, float]:
         count.solves += 1
-        return original(self, *arguments)  # type: ignore[arg-type]
+        return original(self, hessian, gradient, damping)
 
-    NormalEquations._minimise = minimise  # type: ignore[method-assign, assignment]
+    NormalEquations.damped_step = step  # type: ignore[assignment, method-assign]
     try:
         yield count
     finally:
-        NormalEquations._minimise = original  # type: ignore[method-assign]
+        NormalEquations.damped_step = original  # type: ignore[method-assign]
 
 
 class Budgeted(PoseGraphProblem):
