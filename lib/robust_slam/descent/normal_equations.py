@@ -133,7 +133,7 @@ class NormalEquations:
         return Linearisation(self, self.residuals(poses), weights)
 
     def start(self, poses: Array, weights: Array) -> Linearisation:
-        """Return the linearisation of the ``restricted`` equations, from where to descend."""
+        """Return the linearisation of the ``restricted`` equations at ``poses`` ``(n, …)``."""
         equations, weights = self.restricted(weights)
         return equations.at(poses, weights)
 
@@ -170,7 +170,10 @@ class NormalEquations:
         """Return the δ ``(n, D)`` with (H + S) δ = −g, and the decrease of the linearised cost.
 
         H and g are from ``assemble``, and S is ``damping`` times the diagonal of H.
-        The decrease is ½ δᵀ (S δ − g). Row 0 of δ is 0. A singular matrix is Underdetermined.
+        The decrease is ½ δᵀ (S δ − g). Row 0 of δ is 0.
+
+        Raises:
+            Underdetermined: the matrix is singular to working precision.
 
         Source: Nielsen 1999, the denominator of the gain ratio.
         """
