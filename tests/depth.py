@@ -51,6 +51,11 @@ class Depth:
     def __init__(self, name: str) -> None:
         self.name = name
 
+    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
+        """Import no file of which no test is asked: there are more of them than of the others."""
+        is_one = self.name == "rest" and collection_path.match("test_*.py")
+        return (is_one and "mark.rest" not in collection_path.read_text("utf-8")) or None
+
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list) -> None:
         """Leave out what is marked; begin with long files, or with what a change touched."""
         config.hook.pytest_deselected(items=list(filter(self._is_left_out, items)))
