@@ -5,6 +5,7 @@ any list: its marks tell how deep it is, and ``quick`` leaves out a test at the 
 about to start a process or a server.
 """
 
+import gc
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -34,6 +35,8 @@ PACKAGES = (
     *("benchmarks", "tests", "lib.tests", "autograder.tests"),
     *(["solutions"] if (ROOT / "solutions").is_dir() else []),
 )
+
+gc.disable()
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("all", deadline=None, derandomize=True, suppress_health_check=_SLOW)
@@ -66,6 +69,11 @@ class Depth:
         else:
             # So that no process is left alone with a long file at the end.
             items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+    def pytest_collection_finish(self) -> None:
+        """Let the garbage collector pass over tests and modules, which stay until the end."""
+        gc.freeze()
+        gc.enable()
 
     def _is_left_out(self, item: pytest.Item) -> bool:
         if self.name == "quick" and BROWSER in getattr(item, "fixturenames", ()):
