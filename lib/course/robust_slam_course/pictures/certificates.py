@@ -29,10 +29,11 @@ def certificate() -> Picture:
             {
                 "a small one": "The pulls on each arrow balance, and when it turns they pull it"
                 " back.",
-                "none": "Turn heading 3 or 4 by more than 54° one way, or 36° the other: the ring"
-                " untwists, and the cost falls.",
+                "none": "Turn an arrow with no edge to the nailed one by more than 54° one way, or 36°"
+                " the other: the ring untwists, and the cost falls.",
                 "only a large one": "Small turns raise the cost; beyond 54° one way, or 36° the"
-                " other, heading 3 or 4 pulls neighbours over 90° apart, and the ring untwists.",
+                " other, an arrow far from the nail pulls neighbours over 90° apart, and the ring"
+                " untwists.",
             },
             right="only a large one",
         ),
