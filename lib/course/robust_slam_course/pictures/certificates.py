@@ -32,8 +32,7 @@ def certificate() -> Picture:
                 "none": "Turn an arrow with no edge to the nailed one by more than 54° one way, or 36°"
                 " the other: the ring untwists, and the cost falls.",
                 "only a large one": "Small turns raise the cost; beyond 54° one way, or 36° the"
-                " other, an arrow far from the nail pulls neighbours over 90° apart, and the ring"
-                " untwists.",
+                " other, two neighbours are over 90° apart, and the ring untwists.",
             },
             right="only a large one",
         ),
