@@ -37,8 +37,8 @@ def kernels() -> Picture:
             right="two",
         ),
         tries=["Double the threshold. Which of the four estimates moves most?"],
-        caption="Above, the cost and the pull of a reading over its residual, by four kernels;"
-        " beneath them the four estimates as it moves away from eight others.",
+        caption="Above, the cost and the pull of a reading against its residual, under four"
+        " kernels; beneath them the four estimates as it moves away from eight others.",
         state={"z": 0.0, "far": 0.0, "c": c},
         answer={"z": farthest, "far": farthest},
         data={"inliers": inliers},
