@@ -29,8 +29,8 @@ def certificate() -> Picture:
             {
                 "a small one": "The pulls on each arrow balance, and when it turns they pull it"
                 " back.",
-                "none": "Turn an arrow with no edge to the nailed one by more than 54° one way, or 36°"
-                " the other: the ring untwists, and the cost falls.",
+                "none": "Turn an arrow that is not beside the nail by more than 54° one way, or"
+                " 36° the other: the ring untwists, and the cost falls.",
                 "only a large one": "Small turns raise the cost; beyond 54° one way, or 36° the"
                 " other, two neighbours are over 90° apart, and the ring untwists.",
             },
