@@ -12,7 +12,7 @@ from autograder.tests.kernel import leave_out
 from tests.book.conftest import CHAPTERS, ROOT
 from tests.book.taking_hold import by_keyboard, by_mouse, follows, handles, pictures
 from tests.book.test_accessible import complaints
-from tests.chromium import Opener, served
+from tests.chromium import served
 from tools.slides import marks
 from tools.slides.__main__ import install, make
 from tools.slides.deck import Source
@@ -23,10 +23,8 @@ NOTEBOOKS = [ROOT / f"{page}.ipynb" for page in CHAPTERS]
 SIZES = {1280: 720, 1024: 768}
 """Of a projector: the width and the height."""
 SHOWN = [
-    pytest.param(
-        path.stem, width, marks=() if (path.stem[:2], width) in QUICK else pytest.mark.soak
-    )
-    for path in NOTEBOOKS
+    pytest.param(nb.stem, width, marks=() if (nb.stem[:2], width) in QUICK else pytest.mark.soak)
+    for nb in NOTEBOOKS
     for width in SIZES
 ]
 BEYOND = """(section) => {
@@ -47,10 +45,9 @@ BEYOND = """(section) => {
 }"""
 FILLED = """(section) => {
   const frame = document.querySelector(".slides").getBoundingClientRect();
-  const parts = [...section.querySelectorAll("h1, h2, .ask, .show > div")];
-  const boxes = parts.map((part) => part.getBoundingClientRect());
-  const filled = boxes.reduce((sum, box) => sum + box.width * box.height, 0);
-  return filled / (frame.width * frame.height);
+  const boxes = [...section.querySelectorAll("h1, h2, .setup, .ask, .show > div")]
+    .map((part) => part.getBoundingClientRect());
+  return boxes.reduce((sum, box) => sum + box.width * box.height / frame.width / frame.height, 0);
 }"""
 """Which part of a slide holds something."""
 READ = """(section) => {
@@ -64,12 +61,12 @@ READ = """(section) => {
     const { a, b } = box.getScreenCTM?.()
       ?? { a: box.getBoundingClientRect().width / box.offsetWidth, b: 0 };
     const size = parseFloat(getComputedStyle(sized).fontSize) * Math.hypot(a, b);
-    found.push([text, size, box.localName === "text", box.matches(".ask, legend")]);
+    const onScale = box.localName === "text" && /^[−\\d.,]+$/.test(text);
+    found.push([onScale ? "" : text, size, box.matches(".ask, legend")]);
   }
   return found;
 }"""
-"""The words that are seen on a slide: text, letters' size in pixels, if drawn, if it asks."""
-NUMBER = re.compile(r"\d+(?:[.,/]\d+)*")
+"""The words that are seen on a slide, "" on a scale: text, letters' size in pixels, if it asks."""
 SPELLED = {
     "ATE": "absolute trajectory error", "DCS": "dynamic covariance scaling",
     "GM": "geman–mcclure", "GNC": "graduated non-convexity",
@@ -109,13 +106,12 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook, decks):
     page = (decks / "chapters" / f"{notebook.stem}.html").read_text(encoding="utf-8")
     link = rf'href="../slides/{notebook.stem}.html".*: (\d+) slides, about (\d+) minutes'
     ((count, minutes),) = re.findall(link, page)
-    assert int(count) == len(found) and 20 <= int(minutes) <= 35
     deck = (decks / "slides" / f"{notebook.stem}.html").read_text("utf-8")
-    assert deck.count("<section") == len(found)
-    shown = re.findall(r'<section class="is-(\w+)"', deck)
-    assert sum(kind not in {"picture", "figure"} for kind in shown) <= len(found) / 3, shown
-    so_far = ""
-    for slide in BeautifulSoup(deck, "html.parser").select("section"):
+    slides = BeautifulSoup(deck, "html.parser").select("section")
+    shown, so_far = [slide["class"][0] for slide in slides], ""
+    assert int(count) == len(found) == len(shown) and 20 <= int(minutes) <= 35
+    assert sum(each not in {"is-picture", "is-figure"} for each in shown) <= len(found) / 3, shown
+    for slide in slides:
         for unseen in slide.select("aside, script, style, .rs-predict [role='status']"):
             unseen.decompose()
         so_far += slide.get_text(" ").lower()
@@ -126,36 +122,31 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook, decks):
 @pytest.mark.parametrize(("name", "width"), SHOWN)
 @pytest.mark.browser
 @pytest.mark.rest
-def test_no_slide_overflows_and_all_can_be_used(name, width, decks, open_page):
-    """Every slide is drawn and looked at by axe-core, and its picture's handles are moved."""
-    viewport = {"width": width, "height": SIZES[width]}
+def test_no_slide_tells_or_overflows_and_all_can_be_used(name, width, decks, open_page):
+    """Each is seen at first and with all that keys reveal, by axe-core too; its handles move."""
+    view, unit, looks = {"width": width, "height": SIZES[width]}, width / 1280, list[str]()
     with served(decks) as address:  # axe-core reads style sheets, which it may not from a file
-        look_through(f"{address}/slides/{name}.html", open_page, viewport)
-
-
-def look_through(address: str, open_page: Opener, viewport: dict[str, int]) -> None:
-    """Show each slide with all that its keys reveal, look at it, and move its picture."""
-    visit = open_page(address, viewport=viewport, reduced_motion="reduce")
-    page, looks = visit.page, list[str]()
-    page.wait_for_function("deck.isReady()")
-    for number in range(page.locator("section").count()):
-        page.evaluate(f"deck.slide({number}, 0, -1)")
-        page.evaluate(DRAWN)
-        here = page.locator("section.present")
-        assert tells(here) == set(), f"slide {number + 1} tells its answer at once"
-        page.evaluate(f"deck.slide({number}, 0, 99)")
-        page.evaluate(DRAWN)
-        assert here.evaluate(BEYOND) == [], f"slide {number + 1}"
-        assert here.evaluate(FILLED) >= 0.3, f"slide {number + 1} is mostly white"
-        unit = viewport["width"] / 1280
-        read = here.evaluate(READ)
-        small = [text for text, size, _, asks in read if size < (28 if asks else 22) * unit]
-        assert small == [], f"slide {number + 1}"
-        if viewport["height"] == 720:
-            assert complaints(page, seen=looks) == set(), f"slide {number + 1}"
-        if here.locator(".rs-picture").count():
-            take_hold(page)
-    assert visit.complaints == visit.outside == []
+        visit = open_page(f"{address}/slides/{name}.html", viewport=view, reduced_motion="reduce")
+        page = visit.page
+        page.wait_for_function("deck.isReady()")
+        for number in range(page.locator("section").count()):
+            here, slide = page.locator("section.present"), f"slide {number + 1}"
+            page.evaluate(f"deck.slide({number}, 0, -1)")
+            page.evaluate(DRAWN)
+            assert tells(here) == set(), f"{slide} tells its answer at once"
+            page.evaluate(f"deck.slide({number}, 0, 99)")
+            page.evaluate(DRAWN)
+            assert here.evaluate(BEYOND) == [], slide
+            assert here.evaluate(FILLED) >= 0.3, f"{slide} is mostly white"
+            sizes = here.evaluate(READ)
+            assert [each for each in sizes if each[1] < (28 if each[2] else 22) * unit] == [], (
+                slide
+            )
+            if view["height"] == 720:
+                assert complaints(page, seen=looks) == set(), slide
+            if here.locator(".rs-picture").count():
+                take_hold(page)
+        assert visit.complaints == visit.outside == []
 
 
 def tells(slide: Locator) -> set[str]:
@@ -163,12 +154,9 @@ def tells(slide: Locator) -> set[str]:
     claim = slide.locator(":is(h1, h2).fragment").all_text_contents()
     asked = slide.locator(".ask, .setup, form").all_text_contents()
     assert not (claim and slide.locator(".rs-caption:visible").count())
-    read = (
-        text
-        for text, _, drawn, _ in slide.evaluate(READ)
-        if not (drawn and NUMBER.fullmatch(text))
-    )
-    told, known, seen = (set(NUMBER.findall(" ".join(each))) for each in (claim, asked, read))
+    read = [text for text, *_ in slide.evaluate(READ)]
+    number = re.compile(r"\d+(?:[.,/]\d+)*")
+    told, known, seen = (set(number.findall(" ".join(each))) for each in (claim, asked, read))
     return (told - known) & seen
 
 
@@ -186,7 +174,6 @@ def take_hold(page: Page) -> None:
 
 @pytest.mark.rest
 def test_a_vote_brings_the_claim_and_the_pointer_gives_the_keys_back(decks, open_page):
-    """Also where the deck is opened from a file."""
     page = open_page((decks / "slides" / f"{NOTEBOOKS[2].stem}.html").as_uri()).page
     page.wait_for_function("deck.isReady()")
     here = page.locator("section.present")
