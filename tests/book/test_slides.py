@@ -112,7 +112,7 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook, decks):
     assert int(count) == len(found) == len(shown) and 20 <= int(minutes) <= 35
     assert sum(each not in {"is-picture", "is-figure"} for each in shown) <= len(found) / 3, shown
     for slide in slides:
-        for unseen in slide.select("aside, script, style, .rs-predict [role='status']"):
+        for unseen in slide.select("aside, script, style, figcaption, [role='status']"):
             unseen.decompose()
         so_far += slide.get_text(" ").lower()
         short = {each for each in SPELLED if re.search(rf"\b{each}\b", slide.get_text(" "))}
