@@ -45,7 +45,7 @@ press("fragmentshown", "[data-show]");
 press("fragmenthidden", "[data-control=reset]");
 for (const hand of ["pointerdown", "keydown", "input"]) {
   addEventListener(hand, ({ target }) => {
-    if (target.closest(".rs-stage, .rs-controls")) deck.getCurrentSlide().classList.add("is-held");
+    target.closest(".rs-stage, .rs-controls")?.closest("section").classList.add("is-held");
   }, true);
 }
 
