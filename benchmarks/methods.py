@@ -20,7 +20,7 @@ from robust_slam._arrays import Array, Mask
 from robust_slam.certificates import Verdict
 from robust_slam.consistency import pcm
 from robust_slam.descent import covariance
-from robust_slam.descent.damped import descend_damped
+from robust_slam.descent.minimise import damped, last
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels, max_mixture
@@ -116,8 +116,9 @@ Method = Callable[[PoseGraphProblem, float], "Array | Found"]
 
 def _least_squares(problem: PoseGraphProblem) -> Array:
     """Return the poses that Levenberg–Marquardt reaches with all weights 1."""
-    equations, ones = NormalEquations(problem.graph), np.ones(len(problem.graph.edges))
-    return descend_damped(equations, problem.guess, ones, START_TOL, START_SOLVES).poses
+    ones = np.ones(len(problem.graph.edges))
+    here = NormalEquations(problem.graph).start(problem.guess, ones)
+    return last(damped(here, START_TOL, START_SOLVES)).here.poses
 
 
 def _tree(problem: PoseGraphProblem) -> Array:
@@ -283,7 +284,8 @@ def rtabmap(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
     equations = NormalEquations(graph)
     for k in closures[np.argsort(graph.edges[closures].max(axis=1), kind="stable")]:
         used[k] = True
-        tried = descend_damped(equations, poses, used.astype(float), START_TOL, _EACH).poses
+        here = equations.start(poses, used.astype(float))
+        tried = last(damped(here, START_TOL, _EACH)).here.poses
         worst = np.abs(pose_graph.residuals(graph, tried)) / deviations
         if worst[used].max() > RTABMAP:
             used[k] = False
@@ -427,17 +429,19 @@ class Count:
 @contextmanager
 def counted() -> Iterator[Count]:
     """Count the linear solves of the library while the context lasts."""
-    count, original = Count(), NormalEquations._minimise
+    count, original = Count(), NormalEquations.damped_step
 
-    def minimise(self: NormalEquations, *arguments: Array | None) -> Array:
+    def step(
+        self: NormalEquations, hessian: Array, gradient: Array, damping: float
+    ) -> tuple[Array, float]:
         count.solves += 1
-        return original(self, *arguments)  # type: ignore[arg-type]
+        return original(self, hessian, gradient, damping)
 
-    NormalEquations._minimise = minimise  # type: ignore[method-assign, assignment]
+    NormalEquations.damped_step = step  # type: ignore[assignment, method-assign]
     try:
         yield count
     finally:
-        NormalEquations._minimise = original  # type: ignore[method-assign]
+        NormalEquations.damped_step = original  # type: ignore[method-assign]
 
 
 class Budgeted(PoseGraphProblem):

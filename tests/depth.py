@@ -5,6 +5,7 @@ any list: its marks tell how deep it is, and ``quick`` leaves out a test at the 
 about to start a process or a server.
 """
 
+import gc
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -35,6 +36,8 @@ PACKAGES = (
     *(["solutions"] if (ROOT / "solutions").is_dir() else []),
 )
 
+gc.disable()
+
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("all", deadline=None, derandomize=True, suppress_health_check=_SLOW)
 settings.register_profile("test", settings.get_profile("all"))
@@ -51,6 +54,11 @@ class Depth:
     def __init__(self, name: str) -> None:
         self.name = name
 
+    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
+        """Import no file of which no test is asked: there are more of them than of the others."""
+        is_one = self.name == "rest" and collection_path.match("test_*.py")
+        return (is_one and "mark.rest" not in collection_path.read_text("utf-8")) or None
+
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list) -> None:
         """Leave out what is marked; begin with long files, or with what a change touched."""
         config.hook.pytest_deselected(items=list(filter(self._is_left_out, items)))
@@ -61,6 +69,11 @@ class Depth:
         else:
             # So that no process is left alone with a long file at the end.
             items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+    def pytest_collection_finish(self) -> None:
+        """Let the garbage collector pass over tests and modules, which stay until the end."""
+        gc.freeze()
+        gc.enable()
 
     def _is_left_out(self, item: pytest.Item) -> bool:
         if self.name == "quick" and BROWSER in getattr(item, "fixturenames", ()):

@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask, deviations, finite, mask
 from robust_slam._words import counted
-from robust_slam.descent.damped import descend_damped
+from robust_slam.descent.minimise import damped, last, undamped
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.descent.step import STEP_LIMIT, check_limits
-from robust_slam.descent.undamped import descend_undamped
-from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.descent.step import ELSEWHERE, STEP_LIMIT, check_limits
+from robust_slam.errors import Underdetermined
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 from robust_slam.groups.rotations import nearest_rotations
@@ -268,14 +267,8 @@ class PoseGraphProblem:
             NotConverged: as many steps as ``gauss_newton`` takes were not enough.
         """
         ones = np.ones(len(self.graph.edges))
-        descent = descend_damped(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
-        try:
-            return descent.converged_poses(STEP_LIMIT)
-        except NotConverged as error:
-            raise NotConverged(
-                f"the unweighted solve: {error}; or begin the robust solve elsewhere, with "
-                "x0=problem.guess"
-            ) from None
+        start = self._equations.start(self.guess, ones)
+        return last(damped(start, self.tol, STEP_LIMIT)).converged_poses(STEP_LIMIT, ELSEWHERE)
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
@@ -287,6 +280,6 @@ class PoseGraphProblem:
         Raises:
             Underdetermined: the edges with positive weight do not connect all poses.
         """
-        start = check_poses("x", x, self.graph)
         full = check_weights(weights, self.graph)
-        return descend_undamped(self._equations, start, full, self.tol, self.steps).poses
+        start = self._equations.start(check_poses("x", x, self.graph), full)
+        return undamped(start, self.tol, self.steps).here.poses

@@ -19,9 +19,8 @@ from robust_slam.certificates import certificate, certify, chordal_cost, solve_c
 from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.certificates.newton import polish
 from robust_slam.consistency.pairwise import pcm
-from robust_slam.descent.damped import levenberg_marquardt
+from robust_slam.descent.minimise import gauss_newton, levenberg_marquardt
 from robust_slam.descent.start import chordal
-from robust_slam.descent.undamped import gauss_newton
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import gnc
 from robust_slam.estimators.mixtures import max_mixture

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from robust_slam import problems
-from robust_slam.descent.undamped import gauss_newton
+from robust_slam.descent.minimise import gauss_newton
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators import chi_square_threshold, gnc, irls
 from robust_slam.estimators.kernels import KERNELS

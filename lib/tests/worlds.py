@@ -188,7 +188,7 @@ def gradient(graph, poses, weights=None):
     """The gradient of the cost that Gauss–Newton takes, ``(n − 1, DOF)``."""
     weights = np.ones(len(graph.edges)) if weights is None else weights
     equations = NormalEquations(graph)
-    return equations.system(equations.at(poses, weights))[1][1:]
+    return equations.at(poses, weights).system[1][1:]
 
 
 def cost_never_rises(result, tolerance=1e-10):

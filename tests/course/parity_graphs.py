@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 from robust_slam.descent import covariance
-from robust_slam.descent.damped import descend_damped
+from robust_slam.descent.minimise import damped, last, undamped
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.descent.undamped import descend_undamped
 from robust_slam.estimators.loop import Stateless, reweight
 from robust_slam.fleet import rounds
 from robust_slam.graphs import add_random_closures, circle, manhattan
@@ -48,12 +47,12 @@ def descent_cases(rng: np.random.Generator) -> Iterator[Case]:
             continue
         method = ("undampedDescent", "dampedDescent")[k % 2]
         limit, tol = int(rng.choice([1, 4, 500])), float(rng.choice([1e-9, 1e-6]))
-        run = descend_damped if k % 2 else descend_undamped
-        found = run(NormalEquations(graph), start, weights, tol, limit)
+        here = NormalEquations(graph).start(start, weights)
+        found = last(damped(here, tol, limit)) if k % 2 else undamped(here, tol, limit)
         given = {"graph": as_given(graph), "start": start.ravel(), "weights": weights}
         given |= {"method": method, "tol": tol, "limit": limit}
-        numbers = {name: getattr(found, name) for name in ("cost", "step", "converged")}
-        yield Case(given, {"poses": Angles(found.poses), **numbers})
+        numbers = {"cost": found.here.cost, "converged": found.converged}
+        yield Case(given, {"poses": Angles(found.here.poses), **numbers})
 
 
 def loop_cases(rng: np.random.Generator) -> Iterator[Case]:

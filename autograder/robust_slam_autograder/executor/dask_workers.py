@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import itertools
 import logging
-import multiprocessing
 import queue
 import re
 import sys
@@ -255,8 +254,3 @@ def _is_death(error: Exception) -> bool:
     from distributed import KilledWorker
 
     return isinstance(error, (KilledWorker, TimeoutError))
-
-
-def may_have_children() -> None:
-    """Let this worker start processes, which ``multiprocessing`` denies to Dask's nanny's."""
-    multiprocessing.current_process().daemon = False

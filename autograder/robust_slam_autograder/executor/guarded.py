@@ -8,14 +8,17 @@ and what it had told by then is kept.
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import os
 import signal
 import traceback
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, NoReturn, TypeVar
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a browser has none
     from multiprocessing.connection import Connection
+    from multiprocessing.context import ForkContext, ForkServerContext
+    from multiprocessing.process import BaseProcess
 
 T = TypeVar("T")
 Run = Callable[[Callable[[], Iterator[T]]], Iterator[T]]
@@ -40,17 +43,7 @@ def guarded(work: Callable[[], Iterator[T]]) -> Iterator[T]:
         Overrun: the kernel ended the child; what it had yielded came before.
         Exception: what the work raised.
     """
-    from multiprocessing.connection import Pipe  # a browser has none
-
-    reader, writer = Pipe(duplex=False)
-    alive, held = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(held)
-        _work(work, writer, alive)
-    writer.close()
-    os.close(alive)
-    is_cut_short = True
+    reader, child = started(multiprocessing.get_context("fork"), _work, work)
     try:
         with contextlib.suppress(EOFError):
             while True:
@@ -58,13 +51,9 @@ def guarded(work: Callable[[], Iterator[T]]) -> Iterator[T]:
                 if kind == "raised":
                     raise value
                 yield value
-        is_cut_short = False
+        child.join()
     finally:
-        reader.close()
-        os.close(held)
-        if is_cut_short:
-            os.kill(child, signal.SIGKILL)
-        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        code = ended(reader, child)
     if code == -signal.SIGPROF:
         raise Overrun
     if code < 0:  # who waits for this process learns of it
@@ -73,7 +62,30 @@ def guarded(work: Callable[[], Iterator[T]]) -> Iterator[T]:
         os._exit(code)
 
 
-def _work(work: Callable[[], Iterator[T]], writer: Connection, alive: int) -> NoReturn:
+def started(
+    context: ForkContext | ForkServerContext, target: Callable[..., object], *args: object
+) -> tuple[Connection, BaseProcess]:
+    """Start a child process, in which ``target`` is called with a pipe to us and ``args``."""
+    # Only to a daemon are children denied, such as a trusted process, or a worker of Dask's nanny.
+    multiprocessing.current_process().daemon = False
+    reader, writer = context.Pipe(duplex=False)
+    child = context.Process(target=target, args=(writer, *args), daemon=True)
+    child.start()
+    writer.close()
+    return reader, child
+
+
+def ended(reader: Connection, child: BaseProcess) -> int:
+    """End a child process if it goes on, and return its exit status."""
+    child.kill()
+    child.join()
+    code = child.exitcode or 0
+    child.close()
+    reader.close()
+    return code
+
+
+def _work(writer: Connection, work: Callable[[], Iterator[T]]) -> NoReturn:
     """Be the child, which prints nothing: LAPACK complains on the descriptors of its process."""
     global _is_guarded
     _is_guarded = True
@@ -81,7 +93,7 @@ def _work(work: Callable[[], Iterator[T]], writer: Connection, alive: int) -> No
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
-    end_with(alive)
+    end_with_parent()
     try:
         for value in work():
             writer.send(("yielded", value))
@@ -105,14 +117,17 @@ def at_most(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def end_with(sentinel: int) -> None:
-    """Have the kernel end this process when the other end of a pipe is closed, however that came.
+def end_with_parent() -> None:
+    """Have the kernel end this ``started`` process when its parent is gone, however that came.
 
     No thread watches it: a long computation would keep that from running.
     """
     import fcntl
     import select
 
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    sentinel = parent.sentinel
     signal.signal(signal.SIGIO, signal.SIG_DFL)
     fcntl.fcntl(sentinel, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(sentinel, fcntl.F_SETFL, fcntl.fcntl(sentinel, fcntl.F_GETFL) | os.O_ASYNC)

@@ -13,8 +13,8 @@ import types
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing import util
-from multiprocessing.connection import Connection, Pipe, wait
-from multiprocessing.context import ForkServerProcess
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from typing import Generic, TypeVar
 
 from robust_slam_autograder.executor import guarded, memory, trusted_server
@@ -33,7 +33,7 @@ class Broken:
 @dataclass(frozen=True)
 class _Worker(Generic[T]):
     task: T
-    process: ForkServerProcess
+    process: BaseProcess
     end: float
     """When it must be done (``time.monotonic``)."""
 
@@ -67,21 +67,17 @@ def run_each(
             yield from _collect(running)
     finally:
         for receiver, worker in running.items():
-            _end(receiver, worker.process)
+            guarded.ended(receiver, worker.process)
 
 
 def _start(
     work: Callable[[T], R], task: T, preload: Sequence[str]
-) -> tuple[Connection, ForkServerProcess]:
-    receiver, sender = Pipe(duplex=False)
+) -> tuple[Connection, BaseProcess]:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([trusted_server.__name__])
     folder = util.get_temp_dir()
-    process = context.Process(target=_be, args=(folder, sender, work, task), daemon=True)
     with _without_main(), trusted_server.told(preload, folder):
-        process.start()
-    sender.close()
-    return receiver, process
+        return guarded.started(context, _be, folder, work, task)
 
 
 @contextlib.contextmanager
@@ -107,11 +103,11 @@ def _collect(running: dict[Connection, _Worker[T]]) -> Iterator[tuple[T, R | Bro
         answer: R | Broken = Broken("took longer than its limits")
         if receiver in ready:
             answer = _receive(receiver, worker.process)
-        _end(receiver, worker.process)
+        guarded.ended(receiver, worker.process)
         yield worker.task, answer
 
 
-def _receive(receiver: Connection, process: ForkServerProcess) -> R | Broken:
+def _receive(receiver: Connection, process: BaseProcess) -> R | Broken:
     try:
         answer: R = receiver.recv()
     except (EOFError, OSError):
@@ -120,17 +116,9 @@ def _receive(receiver: Connection, process: ForkServerProcess) -> R | Broken:
     return answer
 
 
-def _end(receiver: Connection, process: ForkServerProcess) -> None:
-    process.kill()
-    process.join()
-    process.close()
-    receiver.close()
-
-
-def _be(folder: str, sender: Connection, work: Callable[[T], R], task: T) -> None:
+def _be(sender: Connection, folder: str, work: Callable[[T], R], task: T) -> None:
     """Be the trusted process, which the kernel ends when the batch is gone, however that came."""
-    if parent := multiprocessing.parent_process():
-        guarded.end_with(parent.sentinel)
+    guarded.end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the batch ends this process itself
     tempfile.tempdir = folder  # so that what a killed process leaves goes with the batch's own
     memory.bound()

@@ -10,7 +10,7 @@ import pickle
 from collections.abc import Iterable, Iterator
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit, may_have_children
+from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.batch import Terms
@@ -85,7 +85,6 @@ def grade_on_worker(code: str, sandbox_name: str, parcel: bytes) -> str | Broken
     if problem is not None:
         fix = "see `autograder doctor` there, or choose another one for all with --sandbox"
         return Unfit(f"the sandbox {sandbox_name} does not work there ({problem}): {fix}")
-    may_have_children()
     task, seed, preloaded = pickle.loads(parcel)
     ((_, answer),) = batch.processes(Terms(seed, sandbox, preloaded), [task], 1)
     return answer if isinstance(answer, Broken) else answer.as_text()

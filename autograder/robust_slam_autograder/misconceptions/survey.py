@@ -142,8 +142,8 @@ def labelled(found: Iterable[tuple[Way, tuple[str, ...]]]) -> Table:
 def chosen(alike: Iterable[Way]) -> str:
     """Return the sentence that is true of ways which cannot be told apart, or nothing.
 
-    Two sentences of authors say different things: then there is no name.
+    Two sentences say different things, and there is no name. An author's goes before a change's.
     """
     written = {one.sentence for one in alike if one.is_written}
     said = written or {one.sentence for one in alike}
-    return said.pop() if len(said) == 1 or not written else ""
+    return said.pop() if len(said) == 1 else ""

@@ -19,6 +19,7 @@ _MAKES = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Import | as
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 
+@functools.lru_cache(512)
 def plain_python(source: str) -> str:
     """Rewrite IPython's magics: ``%%time`` and its like leave their cell, others do nothing."""
     source = _without_cell_magic(source)
@@ -87,7 +88,8 @@ def imports(source: str) -> str:
     return "\n".join(ast.unparse(n) for n in body if isinstance(n, ast.Import | ast.ImportFrom))
 
 
-def imported_modules(source: str) -> list[str]:
+@functools.lru_cache(512)
+def imported_modules(source: str) -> tuple[str, ...]:
     """Return the modules that a cell imports, also within its functions.
 
     Of ``from a import b`` both a and, in case it is one, a.b.
@@ -98,7 +100,7 @@ def imported_modules(source: str) -> list[str]:
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
             found += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    return list(dict.fromkeys(found))
+    return tuple(dict.fromkeys(found))
 
 
 def defines(source: str, names: Sequence[str]) -> bool:

@@ -104,6 +104,8 @@ def _copy(path: str, target: str, hidden: Collection[str]) -> None:
 
 
 def _copy_entry(entry: os.DirEntry[str], target: str, hidden: Collection[str]) -> None:
+    if entry.name.endswith((".opt-1.pyc", ".opt-2.pyc")):
+        return  # of another way to run Python
     if not entry.is_symlink():
         _copy(entry.path, target, hidden)
     elif not os.path.lexists(target):

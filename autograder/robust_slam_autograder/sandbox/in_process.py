@@ -169,7 +169,10 @@ class _Modules:
     def _change(self, student: bool) -> None:
         if student == self._is_student:
             return
-        names = [name for name in sys.modules if name.partition(".")[0] in self._tops]
+        # No module is there without the package that it is in.
+        names = self._tops.intersection(sys.modules)
+        if len(names) > 1:
+            names = {name for name in sys.modules if name.partition(".")[0] in names}
         taken = {name: sys.modules.pop(name) for name in names}
         sys.modules.update(self._away)
         self._away, self._is_student = taken, student

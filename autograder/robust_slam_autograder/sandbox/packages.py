@@ -22,6 +22,8 @@ from robust_slam_autograder.student.imports import NOTEBOOK_PACKAGES, is_standar
 
 OWN_PACKAGES = ("msgpack", "numpy")
 """What the untrusted process itself imports, beside ``NOTEBOOK_PACKAGES``."""
+_WITHOUT = ("jedi",)
+"""Completes what is typed, and IPython does without it: its stubs are half of all files."""
 _GRADER = robust_slam_autograder.__name__
 
 
@@ -137,7 +139,8 @@ def _needed(requirements: Iterable[str]) -> list[Distribution]:
     wanted = [
         _named(requirement.name)
         for requirement in map(Requirement, requirements)
-        if requirement.marker is None or requirement.marker.evaluate({"extra": ""})
+        if requirement.name not in _WITHOUT
+        and (requirement.marker is None or requirement.marker.evaluate({"extra": ""}))
     ]
     return [found for found in wanted if found is not None]
 

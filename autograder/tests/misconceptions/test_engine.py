@@ -153,6 +153,8 @@ def test_right_values_name_no_slip(tmp_path):
 def test_two_labels_for_the_same_values_are_none(engine):
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
     assert engine.says(FOURFOLD, one, two) == ""
+    changes = [survey.Way(f"what `{name}` returns is half", "", is_written=False) for name in "fg"]
+    assert survey.chosen(changes) == ""
 
 
 def test_a_table_holds_no_label_that_could_be_read(engine, tmp_path):

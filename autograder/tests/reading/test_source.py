@@ -41,8 +41,8 @@ def test_an_import_stays_where_its_name_occurs_in_what_stays():
 
 def test_modules_are_those_of_every_import():
     text = "import a.b as c\ndef f():\n    from d import e\n"
-    assert source.imported_modules(text) == ["a.b", "d", "d.e"]
-    assert source.imported_modules("import (") == []
+    assert source.imported_modules(text) == ("a.b", "d", "d.e")
+    assert source.imported_modules("import (") == ()
 
 
 def test_a_variable_stays_when_a_chain_of_uses_leads_to_it():

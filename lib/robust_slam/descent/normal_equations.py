@@ -5,20 +5,97 @@ Source: Grisetti et al. 2010, the linearised system and its sparse blocks.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Mask, times
 from robust_slam.descent.sparse.pattern import BlockPattern, PoseFactors, find_pattern, sum_by_pose
-from robust_slam.descent.step import Linearisation, Residuals, check_limits, retract
+from robust_slam.descent.step import is_small, retract
 from robust_slam.errors import singular
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 
 FULL_SHARE = 0.9
 """With a smaller share of edges of positive weight, a pattern of these alone is quicker."""
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """The residuals of ``graph`` at ``poses`` ``(n, …)``, each part when it is first used."""
+
+    graph: PoseGraph
+    poses: Array
+
+    @cached_property
+    def relative(self) -> Array:
+        """The ``pose_graph.relative_poses``, ``(m, 3)`` or ``(m, 3, 4)``."""
+        return pose_graph.relative_poses(self.graph, self.poses)
+
+    @cached_property
+    def r(self) -> Array:
+        """The residuals r ``(m, D)``, not whitened."""
+        return pose_graph.residuals_of(self.graph, self.relative)
+
+    @cached_property
+    def applied(self) -> Array:
+        """The products Ω r ``(m, D)``."""
+        return times(self.graph.information, self.r)
+
+    @cached_property
+    def norms(self) -> Array:
+        """The whitened residual norms u ``(m,)``."""
+        squared = np.sum(self.r * self.applied, axis=1)
+        return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Weighted least squares at given poses: ``residuals``, and their ``weights`` ``(m,)``."""
+
+    equations: NormalEquations
+    residuals: Residuals
+    weights: Array
+
+    @property
+    def poses(self) -> Array:
+        """The poses, ``(n, 3)`` or ``(n, 3, 4)``."""
+        return self.residuals.poses
+
+    @cached_property
+    def cost(self) -> float:
+        """The cost ½ Σ w rᵀ Ω r."""
+        return 0.5 * float(np.sum(self.residuals.r * self.weighted_residuals))
+
+    @cached_property
+    def weighted_residuals(self) -> Array:
+        """The w Ω r ``(m, D)``."""
+        return np.asarray(self.weights[:, None] * self.residuals.applied)
+
+    @property
+    def system(self) -> tuple[Array, Array]:
+        """H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``.
+
+        It is not kept: the next one reuses its memory.
+        """
+        graph, residuals = self.equations.graph, self.residuals
+        jacobian = pose_graph.linearise(graph, residuals.relative, residuals.r)
+        information = self.weights[:, None, None] * graph.information
+        return self.equations.assemble(jacobian, information, self.weighted_residuals)
+
+    def step(self, damping: float = 0.0) -> tuple[Array, float]:
+        """Return the ``damped_step``, without ``damping`` that of Gauss–Newton."""
+        return self.equations.damped_step(*self.system, damping)
+
+    def moved(self, step: Array) -> Linearisation:
+        """Return it at each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
+        equations = self.equations
+        return equations.at(retract(equations.graph, self.poses, step), self.weights)
+
+    def is_small(self, step: Array, tol: float) -> bool:
+        """Tell whether a ``step`` ``(n, D)`` moves nothing by more than ``tol`` allows."""
+        return is_small(step, self.poses, tol)
 
 
 class NormalEquations:
@@ -53,11 +130,12 @@ class NormalEquations:
 
     def at(self, poses: Array, weights: Array) -> Linearisation:
         """Return the linearisation at ``poses``, each edge with its weight ``(m,)``."""
-        return Linearisation(self.residuals(poses), weights)
+        return Linearisation(self, self.residuals(poses), weights)
 
-    def moved(self, linearisation: Linearisation, step: Array) -> Linearisation:
-        """Return it at each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
-        return self.at(retract(self.graph, linearisation.poses, step), linearisation.weights)
+    def start(self, poses: Array, weights: Array) -> Linearisation:
+        """Return the linearisation of the ``restricted`` equations at ``poses`` ``(n, …)``."""
+        equations, weights = self.restricted(weights)
+        return equations.at(poses, weights)
 
     def restricted(self, weights: Array) -> tuple[NormalEquations, Array]:
         """Return equations over the edges of positive weight, and the weights of these edges.
@@ -76,17 +154,13 @@ class NormalEquations:
         mask, smaller = held
         return smaller, weights[mask]
 
-    def step(self, linearisation: Linearisation) -> Array:
-        """Return the Gauss–Newton step δ ``(n, D)``, with row 0 as 0, or raise Underdetermined."""
-        return self._minimise(*self.system(linearisation), None)
-
     def factorise(self, linearisation: Linearisation) -> tuple[PoseFactors, Array]:
-        """Return the factors of H, and the gradient ``(n, D)``, as in ``system``.
+        """Return the factors of H, and the gradient ``(n, D)``, both of its ``system``.
 
         Raises:
             Underdetermined: the matrix is singular to working precision.
         """
-        hessian, gradient = self.system(linearisation)
+        hessian, gradient = linearisation.system
         factors = self.pattern.factorise(hessian)
         if factors is None:
             raise singular("the normal equations are")
@@ -95,28 +169,20 @@ class NormalEquations:
     def damped_step(self, hessian: Array, gradient: Array, damping: float) -> tuple[Array, float]:
         """Return the δ ``(n, D)`` with (H + S) δ = −g, and the decrease of the linearised cost.
 
-        H and g are from ``system`` or ``assemble``, and S is ``damping`` times the diagonal of H.
-        The decrease is ½ δᵀ (S δ − g). Row 0 of δ is 0. A singular matrix is Underdetermined.
+        H and g are from ``assemble``, and S is ``damping`` times the diagonal of H.
+        The decrease is ½ δᵀ (S δ − g). Row 0 of δ is 0.
+
+        Raises:
+            Underdetermined: the matrix is singular to working precision.
 
         Source: Nielsen 1999, the denominator of the gain ratio.
         """
-        shift = damping * self.pattern.diagonal(hessian)
-        step = self._minimise(hessian, gradient, shift if damping else None)
-        return step, 0.5 * float(np.sum(step * (shift * step - gradient)))
-
-    def _minimise(self, hessian: Array, gradient: Array, shift: Array | None) -> Array:
-        """Return the δ ``(n, D)`` with (H + diag(shift)) δ = −g; row 0 is 0."""
+        shift = damping * self.pattern.diagonal(hessian) if damping else None
         step = self.pattern.solve(hessian, -gradient, shift)
         if step is None:
             raise singular("the normal equations are")
-        return step
-
-    def system(self, linearisation: Linearisation) -> tuple[Array, Array]:
-        """Return H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
-        residuals = linearisation.residuals
-        jacobian = pose_graph.linearise(self.graph, residuals.relative, residuals.r)
-        information = linearisation.weights[:, None, None] * self.graph.information
-        return self.assemble(jacobian, information, linearisation.weighted_residuals)
+        held = 0.0 if shift is None else shift * step
+        return step, 0.5 * float(np.sum(step * (held - gradient)))
 
     def assemble(
         self, jacobian: Array, information: Array, weighted_residuals: Array
@@ -138,18 +204,6 @@ class NormalEquations:
         np.matmul(transposed[1], gradients[1], out=gradients[0])
         gradient = sum_by_pose(self.graph.n, self.graph.edges, gradients[..., 0])
         return self.pattern.sum(pieces), gradient
-
-
-def checked_start(
-    graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None, tol: float, max_iterations: int
-) -> tuple[NormalEquations, Array, Array]:
-    """Return the equations of ``graph``, the ``poses`` ``(n, …)`` and the ``weights`` ``(m,)``.
-
-    All arguments are checked, with the errors of ``gauss_newton``.
-    """
-    check_limits(tol, max_iterations)
-    start = pose_graph.check_poses("poses", poses, graph)
-    return NormalEquations(graph), start, pose_graph.check_weights(weights, graph)
 
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:

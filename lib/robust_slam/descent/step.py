@@ -1,16 +1,15 @@
-"""What Gauss–Newton and Levenberg–Marquardt share: linearisation, limits and retraction.
+"""What Gauss–Newton and Levenberg–Marquardt share: where they are, limits and retraction.
 
 Source: Dennis and Schnabel 1983; Nielsen 1999 for the damping.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
-from robust_slam._arrays import Array, times
+from robust_slam._arrays import Array
 from robust_slam.errors import NotConverged
-from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 
 ROUNDING = 1e-12
@@ -19,81 +18,55 @@ NEGLIGIBLE_COST = 1e-18
 """A cost below this counts as 0."""
 STEP_LIMIT = 500
 """Gross errors make Gauss–Newton slow: in trials with wrong closures up to 203 steps."""
+_REMEDY = "start from better poses, allow more steps or loosen tol"
+ELSEWHERE = "this was the unweighted solve; begin the robust one elsewhere, with x0=problem.guess"
+"""The remedy for a problem's own start."""
 
 
-@dataclass(frozen=True, eq=False)
-class Residuals:
-    """The residuals of ``graph`` at ``poses`` ``(n, …)``, each part when it is first used."""
-
-    graph: PoseGraph
-    poses: Array
-
-    @cached_property
-    def relative(self) -> Array:
-        """The ``pose_graph.relative_poses``, ``(m, 3)`` or ``(m, 3, 4)``."""
-        return pose_graph.relative_poses(self.graph, self.poses)
-
-    @cached_property
-    def r(self) -> Array:
-        """The residuals r ``(m, D)``, not whitened."""
-        return pose_graph.residuals_of(self.graph, self.relative)
-
-    @cached_property
-    def applied(self) -> Array:
-        """The products Ω r ``(m, D)``."""
-        return times(self.graph.information, self.r)
-
-    @cached_property
-    def norms(self) -> Array:
-        """The whitened residual norms u ``(m,)``."""
-        squared = np.sum(self.r * self.applied, axis=1)
-        return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
+S = TypeVar("S")
 
 
-@dataclass(frozen=True, eq=False)
-class Linearisation:
-    """Weighted least squares at given poses: ``residuals``, and their ``weights`` ``(m,)``."""
-
-    residuals: Residuals
-    weights: Array
+class Place(Protocol[S]):
+    """Least squares at ``poses`` ``(n, …)``, of any model; its steps S are often ``(n, D)``."""
 
     @property
     def poses(self) -> Array:
-        """The poses, ``(n, 3)`` or ``(n, 3, 4)``."""
-        return self.residuals.poses
+        """The poses, and landmarks where there are some."""
 
-    @cached_property
+    @property
     def cost(self) -> float:
-        """The cost ½ Σ w rᵀ Ω r."""
-        return 0.5 * float(np.sum(self.residuals.r * self.weighted_residuals))
+        """The cost that is minimised."""
 
-    @cached_property
-    def weighted_residuals(self) -> Array:
-        """The w Ω r ``(m, D)``."""
-        return np.asarray(self.weights[:, None] * self.residuals.applied)
+    def step(self, damping: float) -> tuple[S, float] | None:
+        """Return the damped step and the decrease of the linearised cost, or None: damp more."""
+
+    def moved(self, step: S) -> Self:
+        """Return it after a ``step``."""
+
+    def is_small(self, step: S, tol: float) -> bool:
+        """Tell whether a ``step`` is as small as that of ``gauss_newton`` at its end."""
+
+
+P = TypeVar("P", bound=Place[Any])
 
 
 @dataclass(frozen=True, eq=False)
-class Descent:
-    """Where a descent ended: poses, cost, size of the last step, and whether it converged."""
+class Descent(Generic[P]):
+    """Where a descent is, and whether it is at rest there."""
 
-    poses: Array
-    cost: float
-    step: float
+    here: P
     converged: bool
 
-    def converged_poses(self, max_iterations: int) -> Array:
+    def converged_poses(self, max_iterations: int, remedy: str = _REMEDY) -> Array:
         """Return the poses, ``(n, 3)`` or ``(n, 3, 4)``.
 
         Raises:
             NotConverged: the descent did not converge.
         """
         if not self.converged:
-            raise NotConverged(
-                f"after {max_iterations} steps the cost is {self.cost:.6g} and the last step "
-                f"{self.step:.2g}; start from better poses, allow more steps or loosen tol"
-            )
-        return self.poses
+            cost = f"after {max_iterations} steps the cost is {self.here.cost:.6g}"
+            raise NotConverged(f"{cost}; {remedy}")
+        return self.here.poses
 
 
 def retract(graph: PoseGraph, poses: Array, step: Array) -> Array:

@@ -14,16 +14,18 @@ form optimises poses and switches together, as the paper does.
 Source: Sünderhauf and Protzel 2012, "Switchable constraints for robust pose graph SLAM".
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import sqrt
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask, finite, positive, times
+from robust_slam.descent.minimise import FIRST_DAMPING, damped
 from robust_slam.descent.normal_equations import NormalEquations, linear_change
-from robust_slam.descent.step import check_limits, damping_factor, increases, is_small, retract
+from robust_slam.descent.step import check_limits, is_small, retract
 from robust_slam.estimators import kernels
 from robust_slam.estimators.loop import Problem
 from robust_slam.estimators.result import Result, Step, StopReason
@@ -34,8 +36,6 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.problems import PoseGraphProblem
 
 X = TypeVar("X")
-
-_DAMPING = 1e-4
 
 
 def switch(chi2: ArrayLike, lam: float) -> Array:
@@ -125,7 +125,7 @@ def joint_switchable(
     x0: ArrayLike | None = None,
     s0: ArrayLike | None = None,
     *,
-    damping: float = _DAMPING,
+    damping: float = FIRST_DAMPING,
     tol: float = 1e-9,
     max_iterations: int = 500,
 ) -> Result[Array]:
@@ -157,28 +157,15 @@ def joint_switchable(
         raise TypeError(f"problem is a {given}; give a PoseGraph or a PoseGraphProblem")
     lam, damping = positive("lam", lam), _checked_damping(damping)
     check_limits(tol, max_iterations)
-    model = _Switched(NormalEquations(problem.graph), ~problem.trusted, lam)
     poses = problem.initial() if x0 is None else check_poses("x0", x0, problem.graph)
-    current = model.at(poses, _switches(s0, model.untrusted))
-    history, growth = [current.record()], 2.0
-    for _ in range(max_iterations):
-        step, change, predicted = model.step(current, damping)
-        trial = model.at(
-            retract(problem.graph, current.poses, step),
-            np.clip(current.switches + change, 0.0, 1.0),
-        )
-        if increases(trial.cost, current.cost):
-            damping, growth = max(_DAMPING, growth * damping), 2.0 * growth
-            continue
-        history.append(trial.record())
-        small = is_small(step, current.poses, tol) and bool(np.all(np.abs(change) <= tol))
-        if small and damping == 0.0:
-            return Result.ending(history, StopReason.CONVERGED)
-        # A damped step can be small anywhere, an undamped one only near a minimum.
-        gain_ratio = (current.cost - trial.cost) / predicted
-        damping = 0.0 if small else damping * damping_factor(gain_ratio)
-        current, growth = trial, 2.0
-    return Result.ending(history, StopReason.ITERATION_LIMIT)
+    switches = _switches(s0, ~problem.trusted)
+    start = _Switched(NormalEquations(problem.graph), ~problem.trusted, lam, poses, switches)
+    history, stop = [], StopReason.ITERATION_LIMIT
+    for taken in damped(start, tol, max_iterations, damping, ends_undamped=True):
+        history.append(Step(taken.here.poses, taken.here.switches**2, taken.here.cost, None))
+        if taken.converged:
+            stop = StopReason.CONVERGED
+    return Result.ending(history, stop)
 
 
 def dcs(
@@ -211,38 +198,32 @@ def _checked_damping(damping: float) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _Iterate:
-    """Poses with switches ``(m,)`` and their joint cost."""
-
-    poses: Array
-    switches: Array
-    cost: float
-
-    def record(self) -> Step[Array]:
-        return Step(self.poses, self.switches**2, self.cost, None)
-
-
-@dataclass(frozen=True, eq=False)
 class _Switched:
-    """The joint problem ½ Σ s²χ² + λ(1 − s)²; trusted edges keep s = 1."""
+    """The joint problem ½ Σ s²χ² + λ(1 − s)² at poses and switches; trusted ones keep s = 1."""
 
     equations: NormalEquations
     untrusted: Mask
     lam: float
+    poses: Array
+    switches: Array
 
-    @property
-    def graph(self) -> PoseGraph:
-        return self.equations.graph
+    @cached_property
+    def cost(self) -> float:
+        chi2 = pose_graph.squared_norms(self.equations.graph, self.poses)
+        prior = self.lam * (1.0 - self.switches) ** 2
+        return 0.5 * float(np.sum(self.switches**2 * chi2 + prior))
 
-    def at(self, poses: Array, switches: Array) -> _Iterate:
-        chi2 = pose_graph.squared_norms(self.graph, poses)
-        total = np.sum(switches**2 * chi2 + self.lam * (1.0 - switches) ** 2)
-        return _Iterate(poses, switches, 0.5 * float(total))
+    def moved(self, step: tuple[Array, Array]) -> Self:
+        poses = retract(self.equations.graph, self.poses, step[0])
+        return replace(self, poses=poses, switches=np.clip(self.switches + step[1], 0.0, 1.0))
 
-    def step(self, iterate: _Iterate, damping: float) -> tuple[Array, Array, float]:
+    def is_small(self, step: tuple[Array, Array], tol: float) -> bool:
+        return is_small(step[0], self.poses, tol) and bool(np.all(np.abs(step[1]) <= tol))
+
+    def step(self, damping: float) -> tuple[tuple[Array, Array], float]:
         """Return the Gauss–Newton step of the poses ``(n, D)`` and of the switches ``(m,)``.
 
-        The third value is the decrease of the linearised cost.
+        Behind both is the decrease of the linearised cost.
 
         A switch belongs to one edge, so a Schur complement eliminates it exactly, and back
         substitution recovers it. Per edge, with v = Ωr, h = χ² + λ and the derivative
@@ -252,8 +233,8 @@ class _Switched:
 
         The derivative of s·r by s is r, not s·r, so a switch can leave s = 0.
         """
-        graph, s = self.graph, iterate.switches
-        relative = pose_graph.relative_poses(graph, iterate.poses)
+        graph, s = self.equations.graph, self.switches
+        relative = pose_graph.relative_poses(graph, self.poses)
         r = pose_graph.residuals_of(graph, relative)
         jacobian = pose_graph.linearise(graph, relative, r)
         v = times(graph.information, r)
@@ -271,7 +252,7 @@ class _Switched:
         change = linear_change(jacobian, graph, step)
         switch_step = -inverse * (slope + s * np.sum(v * change, axis=1))
         predicted = 0.5 * float(np.sum(inverse * slope**2)) + decrease
-        return step, switch_step, max(predicted, np.finfo(float).tiny)
+        return (step, switch_step), predicted
 
 
 def _switches(s0: ArrayLike | None, untrusted: Mask) -> Array:

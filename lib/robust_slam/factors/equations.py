@@ -7,19 +7,25 @@ landmark whose factors have weight 0, has an empty row; a 1 on its diagonal keep
 Source: Grisetti et al. 2010, the sparse blocks; Marquardt 1963 and Nielsen 1999, the damping.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
 import numpy as np
 
 from robust_slam._arrays import Array, times
+from robust_slam.descent.minimise import damped, last
 from robust_slam.descent.sparse.pattern import find_pattern, sum_by_pose
-from robust_slam.descent.step import Descent, damping_factor, increases, is_small
+from robust_slam.descent.step import Descent, is_small
 from robust_slam.factors.factor_graph import FRAME, FactorGraph
 from robust_slam.graphs.pose_graph import check_joined, connected_parts
 
-_DAMPING = 1e-4
 _SLOW = 1e-4
 """This share of its diagonal keeps pose 0 where nothing else does; it hardly slows what does."""
 _TRIALS = 40
-"""So many dampings are tried before a step is given up."""
+"""So many dampings are tried for a step, in the mean over all steps."""
 
 
 class FactorEquations:
@@ -81,19 +87,6 @@ class FactorEquations:
         nodes = np.unique(self.graph.ends[used, 1])
         return bool(np.any(priors) or nodes.size >= self.graph.group.DIMENSION)
 
-    def step(self, hessian: Array, gradient: Array, shift: Array) -> Array | None:
-        """Return the δ ``(n + l, D)`` with (H + diag(shift)) δ = −g, or None if H is singular."""
-        step = self.pattern.solve(hessian, -gradient, shift)
-        return None if step is None else np.asarray(step[self.held :])
-
-    def cost(self, x: Array, weights: Array) -> float:
-        """Return ½ Σ w u² of a map ``(n + l, …)`` with ``weights`` ``(m,)``."""
-        return 0.5 * float(weights @ self.norms(x) ** 2)
-
-    def moved(self, x: Array, step: Array) -> Array:
-        """Return each node of x ``(n + l, …)`` moved by its row of ``step`` ``(n + l, D)``."""
-        return self.graph.group.compose(x, self.graph.group.exp(step))
-
     def check_joined(self, weights: Array) -> None:
         """Refuse weights ``(m,)`` of factors that do not connect all poses: Underdetermined."""
         ends = self.graph.ends[weights > 0.0] + 1
@@ -105,9 +98,43 @@ class FactorEquations:
         return np.concatenate([x, self.graph.group.identity()[None]])
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Weighted least squares at a map ``poses`` ``(n + l, …)``, with ``weights`` ``(m,)``."""
+
+    equations: FactorEquations
+    poses: Array
+    weights: Array
+
+    @cached_property
+    def cost(self) -> float:
+        return 0.5 * float(self.weights @ self.equations.norms(self.poses) ** 2)
+
+    @cached_property
+    def _system(self) -> tuple[Array, Array, Array]:
+        hessian, gradient = self.equations.system(self.poses, self.weights)
+        return hessian, gradient, self.equations.shift(hessian, self.weights)
+
+    def step(self, damping: float) -> tuple[Array, float] | None:
+        hessian, gradient, shift = self._system
+        pattern, own = self.equations.pattern, slice(self.equations.held, None)
+        shift = shift + damping * pattern.diagonal(hessian)
+        step = pattern.solve(hessian, -gradient, shift)
+        if step is None:
+            return None
+        return step[own], 0.5 * float(np.sum((step * (shift * step - gradient))[own]))
+
+    def moved(self, step: Array) -> _Place:
+        group = self.equations.graph.group
+        return _Place(self.equations, group.compose(self.poses, group.exp(step)), self.weights)
+
+    def is_small(self, step: Array, tol: float) -> bool:
+        return is_small(step, self.poses, tol)
+
+
 def descend(
     equations: FactorEquations, x: Array, weights: Array, tol: float, steps: int
-) -> Descent:
+) -> Descent[_Place]:
     """Descend from the map x ``(n + l, …)`` by at most so many ``steps``.
 
     They are those of Gauss–Newton, damped where one would increase the cost, and end as in
@@ -116,40 +143,6 @@ def descend(
     Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, its growth.
     """
     equations.check_joined(weights)
-    cost, damping, size = equations.cost(x, weights), 0.0, np.inf
-    for _ in range(steps):
-        tried = _tried(equations, x, weights, damping, cost)
-        if tried is None:
-            break
-        step, moved, after, damping, predicted = tried
-        small, size = is_small(step, x, tol), float(np.abs(step).max())
-        gain = (cost - after) / max(predicted, np.finfo(float).tiny)
-        x, cost = moved, after
-        # A damped step can be small anywhere, an undamped one only near a minimum.
-        if small and damping == 0.0:
-            return Descent(x, cost, size, converged=True)
-        damping = 0.0 if small else damping * damping_factor(gain)
-    return Descent(x, cost, size, converged=False)
-
-
-def _tried(
-    equations: FactorEquations, x: Array, weights: Array, damping: float, cost: float
-) -> tuple[Array, Array, float, float, float] | None:
-    """Return the step with the first damping that does not increase the cost, or None.
-
-    Behind it come the map there, its cost, this damping, and the decrease that was expected.
-    """
-    hessian, gradient = equations.system(x, weights)
-    shift, growth = equations.shift(hessian, weights), 2.0
-    for _ in range(_TRIALS):
-        added = shift + damping * equations.pattern.diagonal(hessian)
-        step = equations.step(hessian, gradient, added)
-        if step is not None:
-            moved = equations.moved(x, step)
-            after = equations.cost(moved, weights)
-            if not increases(after, cost):
-                own = slice(equations.held, None)
-                predicted = 0.5 * float(np.sum(step * (added[own] * step - gradient[own])))
-                return step, moved, after, damping, predicted
-        damping, growth = max(_DAMPING, growth * damping), 2.0 * growth
-    return None
+    start = _Place(equations, x, weights)
+    taken = damped(start, tol, _TRIALS * steps, damping=0.0, ends_undamped=True)
+    return last(islice(taken, 1 + steps))

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, finite, mask, refuse
 from robust_slam._words import counted
-from robust_slam.descent.step import STEP_LIMIT, check_limits
-from robust_slam.errors import NotConverged
+from robust_slam.descent.step import ELSEWHERE, STEP_LIMIT, check_limits
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.factors.equations import FactorEquations, descend
 from robust_slam.factors.factor_graph import FactorGraph, as_factor_graph, check_map
@@ -102,13 +101,8 @@ class FactorGraphProblem:
             NotConverged: as many steps as ``gauss_newton`` takes were not enough.
         """
         ones = np.ones(self.trusted.size)
-        ended = descend(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
-        if not ended.converged:
-            raise NotConverged(
-                f"the unweighted solve: after {STEP_LIMIT} steps the cost is {ended.cost:.6g}; "
-                "begin the robust solve elsewhere, with x0=problem.guess"
-            )
-        return ended.poses
+        descent = descend(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
+        return descent.converged_poses(STEP_LIMIT, ELSEWHERE)
 
     def residual_norms(self, x: Array) -> Array:
         """Return the norm of each factor in units of ``thresholds``/``threshold``, ``(m,)``."""
@@ -119,4 +113,4 @@ class FactorGraphProblem:
 
         Factors of positive weight that do not connect all poses are Underdetermined.
         """
-        return descend(self._equations, x, weights, self.tol, self.steps).poses
+        return descend(self._equations, x, weights, self.tol, self.steps).here.poses

@@ -12,8 +12,8 @@ from robust_slam.certificates.newton import Stop, descend, polish
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.certificates.staircase import solve_certified
 from robust_slam.certificates.tangent import stationarity
+from robust_slam.descent.minimise import gauss_newton
 from robust_slam.descent.start import chordal as chordal_start
-from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import NotConverged
 from robust_slam.graphs.generate import Noise, circle, sphere
 from robust_slam.graphs.odometry import dead_reckoning

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from robust_slam.descent.marginals import covariance, joint_covariance
-from robust_slam.descent.undamped import gauss_newton
+from robust_slam.descent.minimise import gauss_newton
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.metrics import nees

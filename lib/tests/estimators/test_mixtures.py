@@ -4,7 +4,7 @@ from math import log
 
 import numpy as np
 import pytest
-from robust_slam.descent.undamped import gauss_newton
+from robust_slam.descent.minimise import gauss_newton
 from robust_slam.estimators.mixtures import NullHypothesis, max_mixture
 from robust_slam.estimators.result import StopReason
 from robust_slam.problems import PoseGraphProblem

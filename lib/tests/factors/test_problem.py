@@ -171,7 +171,7 @@ def test_a_small_step_is_no_rest_where_it_was_damped():
     start = shaken(se3, x, 1.5, np.random.default_rng(27))
     start[graph.n :, :, :3] = np.eye(3)
     ones = np.ones(len(graph.ends))
-    assert descend(FactorEquations(graph), start, ones, 1e-2, 300).cost < 300.0
+    assert descend(FactorEquations(graph), start, ones, 1e-2, 300).here.cost < 300.0
 
 
 DRIVE = park(50, 0)[0]

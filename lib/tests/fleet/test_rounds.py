@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from robust_slam.descent.undamped import gauss_newton
+from robust_slam.descent.minimise import gauss_newton
 from robust_slam.estimators import StopReason, chi_square_threshold, gnc
 from robust_slam.fleet.rounds import Fleet, solve
 from robust_slam.graphs import PoseGraph, add_random_closures, ate, pose_graph, spanning_tree

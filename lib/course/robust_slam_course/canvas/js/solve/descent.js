@@ -14,23 +14,21 @@ export const DESCENT_LIMIT = 500;
 const FIRST_DAMPING = 1e-4;
 
 /**
- * Return the end { poses, cost, step, converged } of Gauss–Newton from `start`, null where the
+ * Return the end { poses, cost, converged } of Gauss–Newton from `start`, null where the
  * equations are singular. A step that would increase the cost is halved until it does not.
  */
 export function undampedDescent(graph, start, weights, tol, maxIterations) {
   let here = pointOn(graph, start, weights);
-  let size = Infinity;
   for (let iteration = 0; iteration < maxIterations; iteration++) {
     const solved = solveEquations(normalEquations(graph, here.edges, weights));
     if (solved === null) return null;
-    size = largestOfStep(solved.step);
     if (stepIsSmall(solved.step, here.poses, tol)) {
       const { poses, cost } = pointOn(graph, retractPoses(here.poses, solved.step), weights);
-      return { poses, cost, step: size, converged: true };
+      return { poses, cost, converged: true };
     }
     here = backtracked(graph, here, weights, solved.step);
   }
-  return { poses: here.poses, cost: here.cost, step: size, converged: false };
+  return { poses: here.poses, cost: here.cost, converged: false };
 }
 
 /** Take the longest of step, step/2, step/4, … that does not increase the cost. */
@@ -46,11 +44,10 @@ function backtracked(graph, here, weights, step) {
 export function dampedDescent(graph, start, weights, tol, maxIterations) {
   let here = pointOn(graph, start, weights);
   let equations = normalEquations(graph, here.edges, weights);
-  let [damping, growth, size] = [FIRST_DAMPING, 2, Infinity];
+  let [damping, growth] = [FIRST_DAMPING, 2];
   for (let iteration = 0; iteration < maxIterations; iteration++) {
     const solved = solveEquations(equations, damping);
     if (solved === null) return null;
-    size = largestOfStep(solved.step);
     const trial = pointOn(graph, retractPoses(here.poses, solved.step), weights);
     if (costIncreases(trial.cost, here.cost)) {
       damping *= growth;
@@ -62,10 +59,10 @@ export function dampedDescent(graph, start, weights, tol, maxIterations) {
     damping *= dampingFactor((here.cost - trial.cost) / predicted);
     growth = 2;
     here = trial;
-    if (converged) return { poses: here.poses, cost: here.cost, step: size, converged };
+    if (converged) return { poses: here.poses, cost: here.cost, converged };
     equations = normalEquations(graph, here.edges, weights);
   }
-  return { poses: here.poses, cost: here.cost, step: size, converged: false };
+  return { poses: here.poses, cost: here.cost, converged: false };
 }
 
 function pointOn(graph, poses, weights) {
@@ -115,8 +112,4 @@ function stepIsSmall(step, poses, tol) {
 function dampingFactor(gainRatio) {
   const gain = Math.min(Math.max(gainRatio, 0), 1);
   return Math.max(1 / 3, 1 - (2 * gain - 1) ** 3);
-}
-
-function largestOfStep(values) {
-  return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
 }

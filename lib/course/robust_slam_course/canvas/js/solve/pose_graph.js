@@ -100,7 +100,7 @@ export function poseGraphProblem(graph, options = {}) {
 }
 
 /**
- * Return the least-squares poses from `problem.guess` as { poses, cost, step, converged }.
+ * Return the least-squares poses from `problem.guess` as { poses, cost, converged }.
  *
  * Gross errors can make Gauss–Newton very slow, so this is Levenberg–Marquardt.
  */
