@@ -113,8 +113,8 @@ def map_legend() -> list[Line2D]:
 
 
 def decision_legend() -> list[Line2D]:
-    """Return the handles of a legend for maps with decisions about inliers and outliers."""
-    looks = (_ODOMETRY, *_JUDGED, _TRUTH)
+    """Return the handles of a legend for maps with decisions, in which the path has no count."""
+    looks = (PATH, *_JUDGED, _TRUTH)
     return [Line2D([], [], **look.style(), marker=look.middle, label=look.label) for look in looks]
 
 

@@ -6,7 +6,7 @@ The page is the source, so formulas, figures and live pictures stand on a slide 
 import copy
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from html import escape
 
 from bs4 import BeautifulSoup, Tag
@@ -14,11 +14,10 @@ from bs4 import BeautifulSoup, Tag
 from chapters._ext.look import once
 from tools.slides.marks import PAUSES, WORDS, BadMark, Mark
 
-KINDS = {"formula": "div.math", "table": "table", "list": "ul, ol", "box": ".admonition"}
-BLOCKS = "article p, article li, article figcaption"
-END = re.compile(r"([.?!](?:</\w+>)*)\s+(?=[A-Z<(“])")
-"""Where a sentence ends in the inside of a paragraph."""
-OPENS = re.compile(r"<[a-zA-Z](?:[^>]*[^/>])?>(?<!<br>)")
+KINDS = {"formula": "div.math", "table": "table", "list": "ul, ol"}
+DRAWN = "svg > g > g > g:has(> {}[clip-path])".format
+PARTS = {"data": DRAWN(""), "markers": DRAWN("g")}
+"""What a figure's axes hold, and neither a frame nor words."""
 PAGE = """<!DOCTYPE html>
 <html lang="en" data-theme="light">
 <head>
@@ -67,13 +66,8 @@ class Source:
         for link in article.select("a[href]"):
             link["href"] = _from_slides(str(link["href"]), page)
         self.cells = article.select("div.cell:not(.rs-merged)")
-        self.sentences = [
-            (sentence, _plain(sentence), block)
-            for block in article.select(BLOCKS)
-            if not block.find(["p", "ul", "ol"])
-            for sentence in _sentences(block)
-        ]
         self.title = article.select("h1")[0].get_text()
+        self.claims = list[str]()
         self.pictures = 0
         self.minutes = 0.0
 
@@ -83,87 +77,71 @@ class Source:
         Raises:
             BadMark: a sentence, or what is to be shown, is not on the page.
         """
-        say = [self._sentence(words, mark) for words in mark.say]
-        then = [self._sentence(words, mark) for words in mark.then]
-        if mark.code is None:
-            block = self._after(say[0][1], mark) if mark.show else None
-            kind, shown = mark.show.lstrip("-"), str(block or "")
-            say = [(sentence, where) for sentence, where in say if sentence not in shown]
+        if mark.claims:
+            kind, shown = "words", "".join(self._claim(words, mark) for words in mark.claims)
         else:
-            block = None
-            kind, shown = self._of_cell(self._cell(mark), mark)
-        # What answers the slide's question waits for it.
-        waits = ' class="fragment"' if mark.ask or kind == "picture" else ""
+            kind, shown = self._of_text(mark) if mark.code is None else self._of_cell(mark)
+        shown, keys = _wait(
+            shown, mark, whole=bool(mark.ask) and kind in KINDS and mark.later is None
+        )
+        # What answers the slide's question waits for it, and comes with the last of the rest.
+        asks = mark.ask or kind in ("picture", "question")
+        waits = f' class="fragment" data-fragment-index="{max(keys - 1, 0)}"' if asks else ""
         head = f"<h{2 - first}{waits}>{escape(mark.title)}</h{2 - first}>"
+        self.claims.append(mark.title)
+        if mark.setup:
+            head += f'<p class="setup">{escape(mark.setup)}</p>'
         if mark.ask and kind != "picture":
             head += f'<p class="ask">{escape(mark.ask)}</p>'
-        words = [(f"<p>{sentence}</p>", where) for sentence, where in say]
-        words += [(f'<p class="fragment">{sentence}</p>', where) for sentence, where in then]
-        # What follows a formula or a table in the text also follows it on the slide.
-        over = block if kind in ("formula", "table") else None
-        shows = "".join([
-            _words(p for p, where in words if not over or _place(where) <= _place(over)),
-            f'<div class="show" data-prevent-swipe><div>{shown}</div></div>' if shown else "",
-            _words(p for p, where in words if over and _place(where) > _place(over)),
-        ])  # fmt: skip
-        self.minutes += _minutes(mark, kind)
+        minutes = _minutes(mark, kind, keys + len(mark.claims))
+        self.minutes += minutes
         return (
-            f'<section class="{"first " if first else ""}is-{kind or "words"}">{head}'
-            f'<div class="parts">{shows}</div>'
+            f'<section class="is-{kind}" data-timing="{60 * minutes:.0f}">{head}'
+            f'<div class="show" data-prevent-swipe><div>{shown}</div></div>'
             f'<aside class="notes"><p>{escape(mark.notes)}</p></aside></section>'
         )
 
-    def _sentence(self, words: str, mark: Mark) -> tuple[str, Tag]:
-        wanted = _spaces(words)
-        found = {s: block for s, plain, block in self.sentences if wanted in plain}
+    def _claim(self, words: str, mark: Mark) -> str:
+        """Return the way to a slide before, and its claim, which a key brings."""
+        found = [number for number, claim in enumerate(self.claims) if words in claim]
         if len(found) != 1:
-            raise BadMark(f"{mark.place}: {len(found)} sentences of the page have {words!r}")
-        return next(iter(found.items()))
+            raise BadMark(f"{mark.place}: {len(found)} slides before it claim {words!r}")
+        claim = f'<span class="fragment">{escape(self.claims[found[0]])}</span>'
+        return f'<p><a href="#/{found[0]}">Slide {found[0] + 1}</a>: {claim}</p>'
 
-    def _after(self, block: Tag, mark: Mark) -> Tag:
-        kind, back = mark.show.lstrip("-"), mark.show.startswith("-")
+    def _of_text(self, mark: Mark) -> tuple[str, str]:
+        """Return the kind of a block of the text, and its HTML."""
+        kind, _, words = mark.show.partition(" ")
         if kind not in KINDS:
             raise BadMark(f"{mark.place}: {mark.show!r} is unknown; use {sorted(KINDS)}")
-        of_kind = self.soup.select(f"article :is({KINDS[kind]})")
-        inside = block.find_parent(lambda tag: any(tag is each for each in of_kind))
-        if isinstance(inside, Tag):
-            return inside
-        found = [tag for tag in of_kind if (_place(tag) < _place(block)) == back]
-        if not found:
-            raise BadMark(f"{mark.place}: no {mark.show} on the page")
-        chosen = found[-1 if back else 0]
+        blocks = self.soup.select(f"article :is({KINDS[kind]})")
+        found = [block for block in blocks if _plain(words) in _plain(block.get_text())]
+        if len(found) != 1:
+            raise BadMark(f"{mark.place}: {len(found)} times the page has a {mark.show}")
         # The sentence that a formula ends on the page is not on the slide.
-        for sign in chosen.select("mo, mi")[-1:] if kind == "formula" else ():
+        for sign in found[0].select("mo, mi")[-1:] if kind == "formula" else ():
             if sign.get_text() in (",", "."):
                 sign.decompose()
-        return chosen
+        return kind, str(found[0])
 
-    def _cell(self, mark: Mark) -> Tag:
+    def _of_cell(self, mark: Mark) -> tuple[str, str]:
+        """Return the kind of what a cell shows, and its HTML."""
         assert mark.code is not None
         if mark.code >= len(self.cells):
             raise BadMark(f"{mark.place}: the page has {len(self.cells)} cells; make book")
-        return self.cells[mark.code]
-
-    def _of_cell(self, cell: Tag, mark: Mark) -> tuple[str, str]:
-        """Return the kind of what a cell shows, and its HTML."""
-        code, output = cell.select_one(".cell_input"), cell.select_one(".cell_output")
+        output = self.cells[mark.code].select_one(".cell_output")
         name, _, number = mark.show.partition(" ")
-        if name == "question" and output:
+        if not output or name not in ("output", "question"):
+            raise BadMark(f"{mark.place}: the page has no {mark.show} of this cell")
+        if name == "question":
             output = copy.copy(output)
             for k, form in enumerate(output.select("form"), 1):
                 if k != int(number or 1):
                     form.decompose()
             return "question", output.decode_contents()
-        wanted = {"code": [code], "output": [output], "both": [code, output]}.get(name)
-        if not wanted or not all(wanted):
-            raise BadMark(f"{mark.place}: the page has no {mark.show} of this cell")
-        has = output.select_one if output else lambda _: None
-        kind = "picture" if has(".rs-picture") else "figure" if has("figure") else "code"
-        if kind == "picture" and output:
-            return kind, self._picture(output, mark)
-        if kind == "figure" and mark.panels:
-            return kind, _panels(output, mark)
-        return kind, "".join(str(part) for part in wanted)
+        if output.select_one(".rs-picture"):
+            return "picture", self._picture(output, mark)
+        return "figure", _panels(output, mark) if mark.panels else str(output)
 
     def _picture(self, output: Tag, mark: Mark) -> str:
         """Return a live picture in the mark's state, under its own question or the mark's."""
@@ -173,15 +151,18 @@ class Source:
         question = shown.select_one(".rs-predict")
         assert data is not None and question is not None
         given = json.loads(data.get_text())
-        if unknown := mark.state.keys() - given["state"].keys():
+        if unknown := (mark.state.keys() | mark.answer.keys()) - given["state"].keys():
             raise BadMark(f"{mark.place}: the picture's state has no {sorted(unknown)}")
         given["state"] |= mark.state
+        given["answer"] = mark.answer or given["answer"]
         given["texts"]["title"] += f", {self.pictures}"  # what it cuts off is found by this name
         data.string = json.dumps(given, ensure_ascii=False).replace("</", "<\\/")
         if mark.ask:
             for part in question.select(".rs-choices > *, [role='status'] > *"):
                 part.decompose()
             question.select("legend")[0].string = mark.ask
+            if mark.answer:  # and a key shows it
+                question.select("[role='status']")[0].append(self.soup.new_tag("p"))
         return shown.decode_contents()
 
 
@@ -206,47 +187,32 @@ def _panels(output: Tag, mark: Mark) -> str:
     return f'<figure><div class="rs-figure panels">{shown}</div></figure>'
 
 
-def _minutes(mark: Mark, kind: str) -> float:
+def _wait(html: str, mark: Mark, whole: bool) -> tuple[str, int]:
+    """Let what the mark names wait for a key each, or the ``whole``; return how many keys, too."""
+    soup = BeautifulSoup(html, "html.parser")
+    steps = [[part for part in soup.contents if isinstance(part, Tag)]] if whole else []
+    for each in mark.later or ():
+        wanted = each.removeprefix("each ")
+        parts = soup.select(PARTS.get(wanted, wanted))
+        if not parts:
+            raise BadMark(f"{mark.place}: nothing that it shows is {each!r}")
+        steps += [[part] for part in parts] if each.startswith("each ") else [parts]
+    for number, part in ((number, part) for number, parts in enumerate(steps) for part in parts):
+        part["class"] = [*part.get_attribute_list("class", []), "fragment"]
+        part["data-fragment-index"] = str(number)
+    return str(soup), len(steps)
+
+
+def _minutes(mark: Mark, kind: str, keys: int) -> float:
     """Return how long a slide takes, said and done."""
-    picture = kind == "picture"
-    done = ["drag" if picture else "look"]
-    if mark.ask:
-        done.append("ask")
-    elif picture or kind == "question":
-        done.append("vote")
-    words = " ".join((mark.title, mark.ask, *mark.say, *mark.then, mark.notes)).split()
-    return len(words) / WORDS + sum(PAUSES[each] for each in done)
+    asks = "ask" if mark.ask else "vote" if kind in ("picture", "question") else "look"
+    words = " ".join((mark.title, mark.setup, mark.ask, mark.notes)).split()
+    return len(words) / WORDS + PAUSES[asks] + PAUSES["key"] * keys + mark.work
 
 
-def _sentences(block: Tag) -> Iterator[str]:
-    """Give the sentences of a paragraph, of which none ends inside an element."""
-    begun = ""
-    for piece in END.sub("\\1\0", block.decode_contents()).split("\0"):
-        begun = f"{begun} {piece}" if begun else piece
-        if len(OPENS.findall(begun)) == begun.count("</"):
-            yield begun
-            begun = ""
-    if begun:
-        yield begun
-
-
-def _words(paragraphs: Iterable[str]) -> str:
-    text = "".join(paragraphs)
-    return f'<div class="words">{text}</div>' if text else ""
-
-
-def _place(tag: Tag) -> tuple[int, int]:
-    """Return where an element begins in the page's source."""
-    return tag.sourceline or 0, tag.sourcepos or 0
-
-
-def _plain(html: str) -> str:
-    text = BeautifulSoup(html, "html.parser").get_text()
-    return _spaces(text.translate(str.maketrans("’“”", '\'""')))
-
-
-def _spaces(text: str) -> str:
-    return " ".join(text.split())
+def _plain(text: str) -> str:
+    """Return a text without spaces and joiners."""
+    return re.sub(r"[\s\u2060-\u2064]", "", text)
 
 
 def _from_slides(link: str, page: str) -> str:

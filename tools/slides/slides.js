@@ -36,10 +36,23 @@ addEventListener("change", ({ target }) => {
   deck.getCurrentSlide().querySelector(":is(h1, h2).fragment:not(.visible)") && deck.nextFragment();
 });
 
+// A claim that a key brings shows the answer in its picture, and takes it back as it goes.
+const press = (key, button) => deck.on(key, ({ fragment }) => {
+  const slide = fragment.closest("section");
+  if (fragment.matches("h1, h2") && !slide.querySelector(".rs-predict :checked")) slide.querySelector(button)?.click();
+});
+press("fragmentshown", "[data-show]");
+press("fragmenthidden", "[data-control=reset]");
+for (const hand of ["pointerdown", "keydown", "input"]) {
+  addEventListener(hand, ({ target }) => {
+    target.closest(".rs-stage, .rs-controls")?.closest("section").classList.add("is-held");
+  }, true);
+}
+
 const LARGEST = { "is-picture": 1.6, "is-figure": 2.4, "is-formula": 4.5, "is-table": 2.2 };
 
 const POINT = 4 / 3; // pixels
-const WIDTHS = [780, 980, 1180]; // pixels of words in a box: the one in which they are largest
+const WIDTHS = { "is-list": [780, 980, 1180], "is-table": ["", 1216, 1500] }; // pixels: the one in which words are largest
 
 const LETTER = 0.042; // of a drawing's height, for the last row
 
@@ -73,15 +86,14 @@ function fit(show) {
   if (!shown.offsetWidth) return;
   for (const svg of shown.querySelectorAll("figure svg.rs-wide:not([data-cut])")) cut(svg);
   const section = show.closest("section");
-  const largest = LARGEST[[...section.classList].find((name) => LARGEST[name])];
+  const kind = [...section.classList].find((name) => name.startsWith("is-"));
   const scaleAt = (width) => {
     shown.style.width = width && `${width}px`;
     return Math.min(
-      show.clientWidth / shown.offsetWidth, show.clientHeight / shown.offsetHeight, largest ?? 1.7,
+      show.clientWidth / shown.offsetWidth, show.clientHeight / shown.offsetHeight, LARGEST[kind] ?? 1.7,
     );
   };
-  const widths = section.matches(".is-box, .is-list") ? WIDTHS : [""];
-  const best = widths.reduce((one, other) => (scaleAt(other) > scaleAt(one) ? other : one));
+  const best = (WIDTHS[kind] ?? [""]).reduce((one, other) => (scaleAt(other) > scaleAt(one) ? other : one));
   shown.style.transform = `scale(${scaleAt(best)})`;
 }
 

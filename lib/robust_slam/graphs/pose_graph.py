@@ -413,7 +413,7 @@ def residual_norms(graph: PoseGraph, poses: Array) -> Array:
     return np.sqrt(squared_norms(graph, poses))
 
 
-def cost(graph: PoseGraph, poses: Array, weights: Array | None = None) -> float:
+def cost(graph: PoseGraph, poses: Array, weights: Array | Mask | None = None) -> float:
     """Return ½ Σ w ‖whitened residual‖²; ``weights`` ``(m,)`` are 1 if None."""
     u2 = squared_norms(graph, poses)
     return 0.5 * float(np.sum(u2 if weights is None else weights * u2))

@@ -16,22 +16,26 @@ import numpy as np
 from robust_slam._arrays import Array, Mask
 from robust_slam.consistency.pairwise import pairwise_distances
 from robust_slam.descent.step import increases, retract
-from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, residuals, rows_of
+from robust_slam.graphs.pose_graph import PoseGraph, cost, residual_norms, residuals, rows_of
 from robust_slam.incremental.window import Window, largest_angle
 
-_ROUNDS = 20
+_ROUNDS = 4
+"""A robot waits for so many factorisations of the whole map at most."""
+_SHORTEST = 1 / 16
 _LINEAR = 0.05
 """A window holds while no pose has turned by more (rad) since its factorisation, and a step that
 turns none by more is the last: the next would be about its square."""
 SIZE = 60
 """The largest number of poses in a window."""
+_GROUP = 3
+"""So many rejected closures that agree, and came since the last search, enter the map by force."""
 _NEAR = 30
 """Rejected closures are compared with those whose ends are at most so many poses away."""
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A map: ``poses`` ``(n, …)``, edges ``(m,)`` that are ``kept``, and residual ``norms``."""
+    """A map: ``poses`` ``(n, …)``, ``kept`` edges ``(m,)``, residual ``norms``, 0 of odometry."""
 
     poses: Array
     kept: Mask
@@ -81,41 +85,45 @@ def settled(
     long as it holds, and it is returned too if it holds at the end. A step that would raise the
     cost is shortened.
     """
-    since, share = 0.0, 1.0
+    since, asked = 0.0, ~graph.is_odometry
+    closures = rows_of(graph, asked)
     for _ in range(_ROUNDS):
         if window is None or since > _LINEAR or window.size(graph, state.kept) > 2 * SIZE:
-            window = Window(graph, state.poses, state.kept)
-            poses = retract(graph, state.poses, share * window.mean)
+            window, share = Window(graph, state.poses, state.kept), 1.0
+            poses = retract(graph, state.poses, window.mean)
             turned = since = largest_angle(graph, window.mean)
+            while since > _LINEAR and share > _SHORTEST and _raises(graph, state, poses):
+                share *= 0.5
+                poses = retract(graph, state.poses, share * window.mean)
         else:
             poses, turned, since = window.stepped(graph, state.poses, state.kept)
-        norms = residual_norms(graph, poses)
-        cost, before = (float(np.sum(u[state.kept] ** 2)) for u in (norms, state.norms))
-        if since > _LINEAR and increases(cost, before):
-            share *= 0.5
-            continue
-        last, share = state, 1.0
-        state = State(poses, graph.is_odometry | (norms <= threshold), norms)
+            if since > _LINEAR and _raises(graph, state, poses):
+                continue  # with the window of this state
+        last, norms = state, np.zeros(len(graph.edges))
+        norms[asked] = residual_norms(closures, poses)
+        state = State(poses, norms <= threshold, norms)
         if turned <= _LINEAR and np.array_equal(last.kept, state.kept):
             break
     return None if since > _LINEAR else window, state
 
 
-def agreeing(graph: PoseGraph, among: Mask, new: Mask, threshold: float) -> Mask:
+def _raises(graph: PoseGraph, state: State, poses: Array) -> bool:
+    return increases(*(cost(graph, at, state.kept) for at in (poses, state.poses)))
+
+
+def agreeing(graph: PoseGraph, among: Mask, new: Mask, recent: Mask, threshold: float) -> Mask:
     """Return which edges ``(m,)`` ``among`` some agree with ``new`` ones, which are among them.
 
     Those are compared whose ends are near, by the odometry between them: two outliers hardly
-    agree. A ``new`` edge is marked if another one agrees with it.
+    agree. A ``new`` edge is marked if another one agrees with it, and none if few are ``recent``.
 
     Source: Mangelson et al. 2018 for the agreement of pairs.
     """
     ends = np.sort(graph.edges, axis=1)
-    near = np.zeros(among.size, dtype=np.bool_)
-    for one in ends[new]:
-        near |= among & np.all(np.abs(ends - one) <= _NEAR, axis=1)
+    near = among & np.any(np.abs(ends[:, None] - ends[new]).max(axis=2) <= _NEAR, axis=1)
     agreed = np.zeros(among.size, dtype=np.bool_)
-    if near.sum() > 1:
+    if np.sum(near & recent) >= _GROUP:
         pairs = (pairwise_distances(graph, near, most=threshold) <= threshold) & new[near][:, None]
         np.fill_diagonal(pairs, False)
         agreed[near] = np.any(pairs, axis=0) | np.any(pairs, axis=1)
-    return agreed
+    return agreed & (np.sum(agreed & recent) >= _GROUP)

@@ -2,9 +2,10 @@
 
 Odometry appends poses at no cost. A closure is kept if the map agrees with it, and whenever the
 map moves, all closures are decided about again. These decisions begin at the present map, so
-descents look further, which find the noise: from the present map when there are half as many
-closures more, and from odometry when there are three times as many, or where rejected closures
-agree with each other. In a large map a robot must not wait for one: each call does a piece of it.
+descents look further, which find the noise: from the present map when there are a quarter more
+closures, and from odometry when there are three times as many. Rejected closures that agree with
+each other are forced into the map, and if it costs more with them, a descent from odometry
+follows. In a large map a robot must not wait for a descent: each call does a piece of it.
 
 Source: Kaess et al. 2012, "iSAM2", and McGann et al. 2023, "riSAM", for the task; the decisions
 are derived here.
@@ -30,6 +31,7 @@ from robust_slam.graphs.pose_graph import (
     ROWS,
     PoseGraph,
     check_graph,
+    cost,
     from_checked,
     residual_norms,
     rows_of,
@@ -41,7 +43,7 @@ from robust_slam.incremental.edges import Table, checked, placed
 from robust_slam.incremental.window import Window
 from robust_slam.progress import stages
 from robust_slam.solver import Answer, solve
-from robust_slam.solver.candidates import Candidate, Search, Steps, evidence_of, finished
+from robust_slam.solver.candidates import Candidate, Search, Steps, finished
 from robust_slam.solver.evidence import evidence, outlier_entropy
 from robust_slam.solver.noise import rescaled
 
@@ -55,8 +57,6 @@ _AT_ONCE = 150
 """With so many edges a call does the whole of it, and from odometry the search of ``solve``."""
 _PIECE = 5_000
 """Else it does steps over no more edges than this in all, one at least."""
-_GROUP = 3
-"""So many rejected closures that agree, and came since the last search, ask for another."""
 _REACH = 1.5
 """Rejected closures are asked again while their residual is at most so many thresholds."""
 
@@ -183,9 +183,11 @@ class GrowingMap:
             kept=rows["is_odometry"],
             norms=np.full(k, np.nan),
         )
+        work = self._work
         if k > len(poses):
             self._decide(k, bool(np.sum(rows["is_odometry"]) > len(poses)))
-        for _ in islice(self._work or (), max(1, _PIECE // len(self.numbers))):
+        # A descent that was begun just now waits for the next call: this one has decided.
+        for _ in islice(work or (), max(1, _PIECE // len(self.numbers))):
             pass
         return numbers
 
@@ -223,10 +225,6 @@ class GrowingMap:
         probability, find_noise = self._options
         return solve(self.graph, probability, find_noise=find_noise, **options)
 
-    @property
-    def _closures(self) -> int:
-        return int(np.sum(~self._edges["is_odometry"]))
-
     def _graph(self, information: str) -> PoseGraph:
         """Return the graph with the ``information`` as claimed, or ``precise`` with the noise."""
         rows = {name: self._edges[name] for name in ROWS}
@@ -234,7 +232,7 @@ class GrowingMap:
 
     def _decide(self, count: int, moved: bool) -> None:
         """Decide about the last ``count`` edges; ``moved`` where odometry alone moves the map."""
-        closures = self._closures
+        closures = int(np.sum(~self._edges["is_odometry"]))
         if closures >= max(1, _SEARCH * self._searched):
             if len(self.numbers) <= _AT_ONCE:
                 self._search()
@@ -257,33 +255,43 @@ class GrowingMap:
                 window = Window(graph, state.poses, state.kept)
             agrees = compatible(window, graph, state, asked, c)
         if np.any(agrees) or moved:
-            state = replace(state, kept=state.kept | agrees)
-            window, state = settled(window, graph, state, c)
+            window, state = settled(window, graph, replace(state, kept=state.kept | agrees), c)
         self._take(state, window)
         far = ~state.kept & (state.norms > _REACH * c)
-        if np.any(new & far):
-            agreed = agreeing(graph, far, new & far, c)
-            if np.sum(agreed & (self.numbers >= self._asked)) >= _GROUP:
-                self._review(dead_reckoning(self.graph))
+        if np.any(new & far) and self._work is None:
+            agreed = agreeing(graph, far, new & far, self.numbers >= self._asked, c)
+            if np.any(agreed):
+                self._force(graph, state, agreed)
+
+    def _force(self, graph: PoseGraph, state: State, agreed: Mask) -> None:
+        """Take the map with closures that agree if it costs less, or descend from odometry."""
+        self._asked, c = int(self.numbers[-1]) + 1, self._threshold
+        window, rival = settled(self._window, graph, replace(state, kept=state.kept | agreed), c)
+        # Each rejected closure costs ½ c², so each that is kept saves as much.
+        saved = c**2 / 2 * float(rival.kept.sum() - state.kept.sum())
+        if cost(graph, rival.poses, rival.kept) - saved < cost(graph, state.poses, state.kept):
+            self._take(rival, window)
+        else:
+            self._review(dead_reckoning(self.graph))
 
     def _search(self) -> None:
         """Take the map of the whole search."""
-        self._searched = self._closures
-        self._adopt(max(self._started(dead_reckoning(self.graph)).candidates(), key=evidence_of))
+        found = self._started(dead_reckoning(self.graph)).candidates()
+        self._searched = self._reviewed
+        self._adopt(max(found, key=lambda one: one.evidence))
 
     def _review(self, x0: Array) -> None:
         """Begin a descent from ``x0`` ``(n, …)``, or do it at once, unless one is under way."""
         if self._work is None:
-            self._work = self._reviewing(x0)
+            self._work = self._reviewing(self._started(x0))
             if len(self.numbers) <= _AT_ONCE:
                 finished(self._work)
 
-    def _reviewing(self, x0: Array) -> Steps[None]:
-        """Take the map and the noise of a descent from ``x0`` ``(n, …)``, if they explain more."""
-        search = self._started(x0)
+    def _reviewing(self, search: Search) -> Steps[None]:
+        """Take the map and the noise of the descent of a ``search``, if they explain more."""
         best = yield from search.reviewing()
         m, precise = best.kept.size, rescaled(search.graph, best.found)
-        now = evidence(precise, self.poses[: len(x0)], self.kept[:m], search.entropy)
+        now = evidence(precise, self.poses[: len(search.x0)], self.kept[:m], search.entropy)
         if best.evidence >= now:
             yield
             self._adopt(best)
@@ -305,7 +313,7 @@ class GrowingMap:
     def _started(self, x0: Array) -> Search:
         """Return the search of ``solve`` from ``x0`` ``(n, …)``."""
         graph, odometry = self.graph, self._edges["is_odometry"]
-        self._asked, self._reviewed = int(self.numbers[-1]) + 1, self._closures
+        self._asked, self._reviewed = int(self.numbers[-1]) + 1, int(np.sum(~odometry))
         c, learns, never = self._threshold, self._options[1], Deadline.after(inf)
         entropy, slips = outlier_entropy(graph), np.zeros_like(odometry)
         with stages(False) as tell:

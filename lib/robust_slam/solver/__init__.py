@@ -34,7 +34,7 @@ from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses, select, unreached
 from robust_slam.progress import Progress, stages
 from robust_slam.solver.answer import Answer as Answer
-from robust_slam.solver.candidates import Candidate, Search, evidence_of
+from robust_slam.solver.candidates import Candidate, Search
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import originals, rescaled
 from robust_slam.solver.rivals import compared, contests, unbeaten
@@ -162,7 +162,7 @@ def solve(
             graph, x0, given, trusted, threshold, find_noise, tell, until, entropy, none
         )
         candidates = search.candidates()
-        first = best = search.refined(max(candidates, key=evidence_of))
+        first = best = search.refined(max(candidates, key=lambda one: one.evidence))
         tell("slips of the odometry are looked for")
         agreement = compared(search, best)
         search, best = find_slips(search, best, agreement)

@@ -53,6 +53,8 @@ _HIGH, _LOW, _MARGIN = 1.15, 0.7, 3.0
 _CUT, _WIDEN = 0.05, 1.3
 """Where more than this share of closures is near, those of closures are raised by the second."""
 _ROUNDS, _ROUND = 8, 10
+_AT_REST = 0.1
+"""A step that lowers the cost by less (nats) is the last of a descent that others follow."""
 _SETTLED = 0.1
 """Noise is settled when no factor changes by more, relative to itself."""
 _LOST = np.pi
@@ -130,7 +132,9 @@ class Search:
         Raises:
             Underdetermined: the trusted edges do not determine the map to working precision.
         """
-        found, joined = [self.first()], self._joins
+        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
+        joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
+        found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
         if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
@@ -138,10 +142,10 @@ class Search:
                 break
             found.extend(self._tried("GM", np.full(4, scale)))
         for scale in _WIDER if self.learns else ():
-            if max(map(self._closures, found)) >= max(_FEW[0], _FEW[1] * self._count):
+            if max(map(self._closures, found)) >= max(_FEW[0], _FEW[1] * np.sum(~self.trusted)):
                 break
             found.extend(self._tried("GM", np.full(4, scale)))
-        best = max(found, key=evidence_of)
+        best = max(found, key=lambda one: one.evidence)
         if joined or not np.all(best.tested == 1.0):
             found.extend(self._tried("DCS", best.tested))
         if _agree(found):
@@ -150,19 +154,6 @@ class Search:
         if not (joined and np.all(best.tested == 1.0)):
             found.extend(self._tried("PCM, GNC", best.tested))
         return found
-
-    def first(self) -> Candidate:
-        """Return the first candidate.
-
-        Raises:
-            Underdetermined: as ``candidates``.
-        """
-        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
-        return self._settled("PCM, GNC" if self._joins else "DCS", np.ones(4))
-
-    @property
-    def _joins(self) -> bool:
-        return bool(np.any(self.trusted & ~self.graph.is_odometry))
 
     def refined(self, best: Candidate) -> Candidate:
         """Return ``best`` with poses and noise that belong to each other.
@@ -185,10 +176,6 @@ class Search:
                 break
         return replace(best, poses=poses, found=expected)
 
-    @property
-    def _count(self) -> int:
-        return int(np.sum(~self.trusted))
-
     def _closures(self, one: Candidate) -> int:
         return int(np.sum(one.kept & ~self.trusted))
 
@@ -200,7 +187,7 @@ class Search:
         rotation, few closures are not trusted to have found it.
         """
         kept = self._closures(one)
-        if one.evidence <= 0.0 or 2 * kept <= self._count or one.near > _SOME * kept:
+        if one.evidence <= 0.0 or 2 * kept <= np.sum(~self.trusted) or one.near > _SOME * kept:
             return False
         claimed = bool(np.all(np.abs(np.log(one.found)) < np.log(_AS_CLAIMED)))
         if one.misfits > 0 or kept >= _MANY:
@@ -226,9 +213,9 @@ class Search:
         return Sparing(loosened(graph, self.slips), self.x0, self.trusted, steps=1)
 
     def reviewing(self) -> Steps[Candidate]:
-        """Descend as ``first`` does, but not as long, in steps of a linear solve or so."""
+        """Descend by DCS until the cost is at rest, in steps of a linear solve or so."""
         problem, kernel = self.problem(self.graph), kernels.dcs(self.threshold)
-        poses, _ = yield from _descending(problem, kernel, self.x0, 2 * _ROUND, self.deadline)
+        poses, _ = yield from self._descending(problem, kernel, self.x0, 2 * _ROUND, _AT_REST)
         return (yield from self.settling("DCS", poses, np.ones(4)))
 
     def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
@@ -241,7 +228,7 @@ class Search:
         kernel = kernels.tls(self.threshold)
         for _ in range(_ROUNDS):
             problem = self.problem(rescaled(self.graph, tested))
-            poses, stop = yield from _descending(problem, kernel, poses, _ROUND, self.deadline)
+            poses, stop = yield from self._descending(problem, kernel, poses, _ROUND, -np.inf)
             norms = problem.residual_norms(poses)
             kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
             fit = Fitted.of(problem.graph, poses, kept)
@@ -264,6 +251,24 @@ class Search:
         assert best is not None
         return best
 
+    def _descending(
+        self, problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, most: int, rest: float
+    ) -> Steps[tuple[Array, StopReason]]:
+        """Do ``irls`` from ``x`` ``(n, …)``, ``most`` solves, and return its poses and its stop.
+
+        A solve that lowers the cost by less than ``rest`` is the last.
+        """
+        stop = StopReason.ITERATION_LIMIT
+        for _ in range(most):
+            seconds = self.deadline.left
+            result = irls(problem, kernel, x, tol=TOL, max_iterations=1, max_seconds=seconds)
+            x, stop = result.x, result.stop
+            yield
+            lowered = result.history[0].cost - result.cost
+            if stop is not StopReason.ITERATION_LIMIT or lowered < rest:
+                break
+        return x, stop
+
 
 def finished(steps: Steps[T]) -> T:
     """Do all ``steps``, and return what they end with."""
@@ -272,22 +277,6 @@ def finished(steps: Steps[T]) -> T:
             next(steps)
         except StopIteration as end:
             return cast(T, end.value)
-
-
-def _descending(
-    problem: PoseGraphProblem, kernel: kernels.Kernel, x: Array, most: int, deadline: Deadline
-) -> Steps[tuple[Array, StopReason]]:
-    """Do ``irls`` from ``x`` ``(n, …)``, ``most`` solves, and return its poses and why it ends."""
-    stop = StopReason.ITERATION_LIMIT
-    for _ in range(most):
-        result = irls(problem, kernel, x, tol=TOL, max_iterations=1, max_seconds=deadline.left)
-        x, stop = result.x, result.stop
-        yield
-        if stop is not StopReason.ITERATION_LIMIT:
-            break
-        if deadline.passed:
-            return x, StopReason.TIME_LIMIT
-    return x, stop
 
 
 def loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
@@ -299,14 +288,9 @@ def loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
     return replace(graph, information=information)
 
 
-def evidence_of(one: Candidate) -> float:
-    """Return the evidence of a candidate, in nats."""
-    return one.evidence
-
-
 def _agree(found: list[Candidate]) -> bool:
     """Tell whether DCS and Geman–McClure keep the same closures, with much evidence."""
-    best = max(found, key=evidence_of)
+    best = max(found, key=lambda one: one.evidence)
     names = {one.name for one in found if np.array_equal(one.kept, best.kept)}
     return best.evidence > _MUCH and names == {"DCS", "GM"}
 
