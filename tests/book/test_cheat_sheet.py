@@ -60,8 +60,7 @@ def test_it_is_cards_that_chips_lead_to_and_two_sides_of_paper(site, open_page):
         page.set_viewport_size({"width": width, "height": 800})
         assert set(lists.evaluate_all(lefts)) == {columns}
     for paper, wide in (("A4", 595), ("Letter", 612)):
-        printed = page.pdf(format=paper, prefer_css_page_size=True)
-        sides = PdfReader(io.BytesIO(printed)).pages
+        sides = PdfReader(io.BytesIO(page.pdf(format=paper, prefer_css_page_size=True))).pages
         assert (len(sides), int(sides[0].mediabox.width)) == (2, wide)
 
 
