@@ -36,8 +36,7 @@ def certificate() -> Picture:
             right="only a large one",
         ),
         tries=[
-            "Twist the ring again and pull the arrow beside the nail."
-            " How far does it have to turn?",
+            "Twist the ring again and pull the arrow beside the nail. How far must it turn?",
         ],
         caption="A ring of five headings, twisted once, costs"
         f" {np.trace(R @ Q @ R.T):.2f}; equal headings cost 0. The smallest eigenvalue of the"
