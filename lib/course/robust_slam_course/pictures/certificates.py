@@ -27,12 +27,11 @@ def certificate() -> Picture:
         question=ask(
             "All headings were measured equal. Pull one: which turn lowers the cost?",
             {
-                "a small one": "The pulls on each arrow balance, and when it turns they pull it"
-                " back.",
-                "none": "Turn heading 3 or 4 by more than 54° one way, or 36° the other: the ring"
-                " untwists, and the cost falls.",
+                "a small one": "The pulls on each arrow balance, and pull it back when it turns.",
+                "none": "Turn an arrow that is not beside the nail by more than 54° one way, or"
+                " 36° the other: the ring untwists, and the cost falls.",
                 "only a large one": "Small turns raise the cost; beyond 54° one way, or 36° the"
-                " other, heading 3 or 4 pulls neighbours over 90° apart, and the ring untwists.",
+                " other, two neighbours are over 90° apart, and the ring untwists.",
             },
             right="only a large one",
         ),
