@@ -14,7 +14,7 @@ from pypdf import PageObject, PdfReader
 from autograder.tests.kernel import leave_out
 from tests.book.built_site import DRAWN
 from tests.book.conftest import PAGES
-from tools.print.__main__ import book, drawn, places, write
+from tools.print.__main__ import LIVE, book, drawn, places, write
 
 pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.rest]
 FEW = ["chapters/00-one-lie", "chapters/how-large-a-map", "chapters/cheat-sheet"]
@@ -31,6 +31,19 @@ COUNT = """([html, kinds]) => {
   const found = new DOMParser().parseFromString(html, "text/html");
   return kinds.map((kind) => found.querySelectorAll(kind).length);
 }"""
+
+STRUCK = """rows => {
+  const samples = rows.flatMap((row) => [...row.querySelectorAll('path[d$="h24"]')]);
+  const struck = samples.flatMap((sample) => {
+    const line = sample.getBoundingClientRect();
+    return [...sample.closest("svg").querySelectorAll("text")].filter((text) => {
+      const { left, right, top, bottom } = text.getBoundingClientRect();
+      return left < line.right && line.left < right && top < line.bottom && line.top < bottom;
+    }).map((text) => text.textContent);
+  });
+  return [struck, samples.length];
+}"""
+"""Words of the printed pictures that lie on the sample of a line, and how many samples there are."""
 
 
 def counted(page: Page, html: str, below: str) -> list[int]:
@@ -87,6 +100,19 @@ def test_a_picture_has_its_states_and_the_width_of_the_text(printed, open_page, 
     widths = "all => Math.max(...all.map((each) => each.getBoundingClientRect().width))"
     wide = page.locator(".rs-picture").evaluate_all(widths)
     assert wide == page.locator(".page:has(.rs-picture) section > p").evaluate_all(widths)
+
+
+def test_no_sample_of_a_legend_strikes_a_word(site, open_page):
+    """Also where it takes two lines, as on paper; it is laid out before paper is seen."""
+    page = open_page("about:blank").page
+    for name in ("chapters/01-m-estimators", "chapters/03-irls", "chapters/08-showcase"):
+        page.goto((site.folder / f"{name}.html").as_uri())
+        page.wait_for_function(LIVE)
+        page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        page.emulate_media(media="print")
+        struck, samples = page.locator(".rs-paper").evaluate_all(STRUCK)
+        assert struck == [] and samples > 5, name
+        page.emulate_media(media="screen")
 
 
 def flat(outline: list[object]) -> list[object]:

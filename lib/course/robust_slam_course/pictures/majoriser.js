@@ -69,16 +69,18 @@ function drawMajorisers(scene, view) {
     scene, "axes", "weights", { x: 0, y: 0, width, height: WEIGHTS_HEIGHT },
     { domain: AXIS_RANGE, label: "", ticks: [] }, { domain: [-0.1, 1.12], label: "weight w", ticks: [0, 0.5, 1] },
   );
+  const { inner } = upper;
+  const legend = putLegend(scene, "words", "legend", inner.x, WEIGHTS_HEIGHT - 16, inner.width, [
+    ["is-muted", "weight"], ["is-ink", "cost"], ["is-accent", "majoriser"], ["is-estimate", "steps"],
+  ]);
+  const y = WEIGHTS_HEIGHT - 20 + legend;
   const lower = putAxes(
-    scene, "axes", "cost", { x: 0, y: WEIGHTS_HEIGHT, width, height: height - WEIGHTS_HEIGHT - STARTS_HEIGHT },
+    scene, "axes", "cost", { x: 0, y, width, height: height - y - STARTS_HEIGHT },
     { domain: AXIS_RANGE, label: "estimate x" }, { domain: [0, result.top], label: "cost" },
   );
   const x = upper.toX(state.start);
   const at = [upper, lower].map(({ inner }) => `M${x} ${inner.y}v${inner.height}`).join("");
   scene.path("axes", "at", "rs-edge is-estimate", at);
-  putLegend(scene, "words", "legend", upper.inner.x, WEIGHTS_HEIGHT - 16, upper.inner.width, [
-    ["is-muted", "weight"], ["is-ink", "cost"], ["is-accent", "majoriser"], ["is-estimate", "steps"],
-  ]);
   drawWeightBell(scene, upper, view);
   drawCostAndParabola(scene, lower, view);
   const [left, right] = START_RANGE.map((end) => lower.toX(end));
