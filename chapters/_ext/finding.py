@@ -14,7 +14,7 @@ import sys
 import tempfile
 import textwrap
 from html import escape
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import urljoin, urlsplit
 from xml.etree import ElementTree
@@ -27,12 +27,16 @@ from robust_slam_course.style import figure_style
 from sphinx.application import Sphinx
 from sphinx.config import Config
 
+from .orient import CHAPTER
+
 INDEX = "pagefind"
 NO_TEXT = ".headerlink, .prev-next-area, .cell, .rs-forget, script, style, svg, button"
 SECTION = re.compile(
     r'<section (?P<id>id="[^"]+")[^>]*>\s*(?:<span id="[^"]*"></span>)*<(?P<level>h\d)>'
 )
 """Pagefind takes the addresses of sections from the headings, Sphinx writes them before these."""
+WEIGHT = 0.1
+"""Of a page that is no chapter, where a chapter's text has 1 and its headings have up to 7."""
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
 ALONE = re.compile(
     r'(?P<line><div class="math">)<math.*?</math>'
@@ -126,7 +130,7 @@ def index(app: Sphinx, exception: Exception | None) -> None:
             page = Path(folder, app.builder.get_target_uri(name))
             page.parent.mkdir(parents=True, exist_ok=True)
             text = Path(app.builder.get_outfilename(name)).read_text("utf-8")
-            page.write_text(for_the_index(text), "utf-8")
+            page.write_text(weighed(name, for_the_index(text)), "utf-8")
         options = {"site": folder, "output-path": made, "root-selector": "article"}
         options["exclude-selectors"] = NO_TEXT
         words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
@@ -134,6 +138,13 @@ def index(app: Sphinx, exception: Exception | None) -> None:
     for pattern in ("*-ui.*", "*-highlight.js", "*-worker.js"):  # which the site does not use
         for path in made.glob(pattern):
             path.unlink()
+
+
+def weighed(name: str, page: str) -> str:
+    """Return a page that counts less than the chapters, which explain what others use or list."""
+    if CHAPTER.match(PurePosixPath(name).name):
+        return page
+    return re.sub(r"<(article|h\d)\b", rf'<\1 data-pagefind-weight="{WEIGHT}"', page)
 
 
 def for_the_index(page: str) -> str:

@@ -10,6 +10,8 @@
   const AT_ONCE = 5; // pages; each is a file of some kilobytes
   const SECTIONS = 3;
   const PAUSE = 150; // milliseconds without a key
+  // What a question is made of, and each page has.
+  const IDLE = new Set("an and are be can do does for how if in is it me my of on or tell that the to what when which why with".split(" "));
 
   const here = document.currentScript.src;
   const isFile = location.protocol === "file:";
@@ -17,10 +19,16 @@
 
   const nothing = (words) => `No page has “${words}”. Try fewer or other words.`;
 
+  /** The words of a query that tell pages apart; all of them where none does. */
+  function telling(query) {
+    const words = query.toLowerCase().split(/\s+/);
+    return words.filter((word) => word.length > 1 && !IDLE.has(word)).join(" ") || query;
+  }
+
   /** Whether a word begins as one of the query does: Pagefind also offers what shares one letter. */
-  function hasWord(words, { excerpt }) {
+  function hasWord(query, { excerpt }) {
     const marked = [...excerpt.matchAll(/<mark>([^<]*)<\/mark>/g)].map(([, word]) => word.toLowerCase());
-    const begins = words.toLowerCase().split(/\s+/).map((word) => word.slice(0, 3));
+    const begins = telling(query).toLowerCase().split(/\s+/).map((word) => word.slice(0, 3));
     return marked.some((word) => begins.some((begin) => word.includes(begin)));
   }
 
@@ -41,11 +49,19 @@
     return item;
   }
 
-  async function load() {
-    const pagefind = await import(new URL("../pagefind/pagefind.js", here));
-    // A worker that does not answer would leave the reader waiting, and so few pages need none.
-    await pagefind.options({ noWorker: true });
-    return pagefind;
+  // A worker that does not answer would leave the reader waiting, and so few pages need none.
+  let loading;
+  const load = () => loading ??= import(new URL("../pagefind/pagefind.js", here))
+    .then(({ createInstance }) => createInstance({ noWorker: true }));
+
+  /** Let the arrows lead from the query to the results and on. */
+  function walk(around) {
+    around.addEventListener("keydown", (event) => {
+      const stops = [...around.querySelectorAll("input[name=q], ul.search a")];
+      const next = stops[stops.indexOf(event.target) + { ArrowDown: 1, ArrowUp: -1 }[event.key]];
+      if (next) event.preventDefault();
+      next?.focus();
+    });
   }
 
   async function showResults(place) {
@@ -53,7 +69,7 @@
     const list = element("ul", { className: "search" });
     const more = element("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
     place.replaceChildren(status, list, more);
-    const { results } = await (await load()).search(query);
+    const { results } = await (await load()).search(telling(query));
     const count = `${results.length} ${results.length === 1 ? "page has" : "pages have"}`;
     status.textContent = results.length ? `${count} “${query}”.` : nothing(query);
     async function show() {
@@ -81,8 +97,8 @@
     let last = "";
     input.addEventListener("input", async () => {
       const words = last = input.value.trim();
-      const { debouncedSearch } = await load();
-      const search = words ? await debouncedSearch(words, {}, PAUSE) : { results: [] };
+      const pagefind = await load();
+      const search = words ? await pagefind.debouncedSearch(telling(words), {}, PAUSE) : { results: [] };
       if (!search) return; // more was typed meanwhile
       const pages = await Promise.all(search.results.slice(0, AT_ONCE).map((result) => result.data()));
       if (words !== last) return;
@@ -94,22 +110,23 @@
     list.addEventListener("click", ({ target }) => target.closest("a") && dialog.close());
   }
 
-  function loadInOrder(names) {
-    for (const src of names) document.head.append(element("script", { src, async: false }));
-  }
-
   const place = document.querySelector("#search-results");
   const dialog = document.querySelector("#pst-search-dialog");
   if (place) {
     place.parentElement.querySelector("form.bd-search input").value = query;
+    walk(place.parentElement);
     if (isFile) {
       // It would fetch excerpts of pages, which browsers refuse.
       DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
-      const files = ["language_data.js", "searchtools.js", "../searchindex.js"];
-      loadInOrder(files.map((name) => new URL(name, here).href));
+      for (const name of ["language_data.js", "searchtools.js", "../searchindex.js"]) {
+        document.head.append(element("script", { src: new URL(name, here).href, async: false }));
+      }
     } else if (query) {
       showResults(place);
     }
   }
-  if (dialog && !isFile) showWhileTyping(dialog);
+  if (dialog && !isFile) {
+    showWhileTyping(dialog);
+    walk(dialog);
+  }
 })();

@@ -11,6 +11,13 @@ from tests.book.conftest import NOTEBOOKS, WAYS, place
 KILOBYTES = 300
 """What a query may load, beyond the page of results itself."""
 
+EXPLAINED = {
+    "graduated": "5 · GNC",
+    "graduated non-convexity": "5 · GNC",
+    "how do I tell that my map is optimal": "7 · Certificates",
+}
+"""In which chapter, where other pages list the word or use it."""
+
 WEIGHT = """performance.getEntriesByType("resource").filter(e => e.name.includes("pagefind"))
 .reduce((sum, e) => sum + e.encodedBodySize, 0) / 1000"""
 
@@ -49,8 +56,20 @@ class TestOverTheNetwork:
         assert "leverage" in results.locator("mark").first.inner_text().lower()
         page.keyboard.press("Tab")
         assert page.evaluate("document.activeElement.closest('.rs-found') !== null")
+        for key in ("ArrowUp", "ArrowDown", "ArrowDown"):
+            page.keyboard.press(key)
+        assert results.locator("a").nth(1).evaluate("a => a === document.activeElement")
         page.keyboard.press("Enter")
         page.wait_for_url(lambda url: not url.endswith("05-gnc.html"))
+
+    @pytest.mark.parametrize("query", EXPLAINED)
+    def test_what_explains_a_word_is_before_what_lists_it(self, query, address, open_page):
+        found = open_page(f"{address}/search.html?q={query}")
+        titles = found.page.locator("#search-results > ul > li > a")
+        titles.nth(4).wait_for()
+        first = titles.all_inner_texts()[:2]
+        assert EXPLAINED[query] in first and re.match(r"\d · .*\d · ", " ".join(first))
+        assert found.complaints == []
 
     def test_more_results_are_shown_on_demand_and_none_is_said(self, address, open_page):
         page = open_page(f"{address}/search.html?q=outlier").page
