@@ -43,7 +43,7 @@ STRUCK = """rows => {
   });
   return [struck, samples.length];
 }"""
-"""Words of the printed pictures that lie on the sample of a line, and how many samples there are."""
+"""Words on paper that lie on the sample of a line in a legend, and the number of samples."""
 
 
 def counted(page: Page, html: str, below: str) -> list[int]:
