@@ -19,7 +19,6 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _PROBLEM = re.compile(r"\b(WARNING|ERROR|error):|Error\b|Traceback")
 _NOTE = re.compile("note: ")
 """What a command says to who called it, though all went well."""
-_NOISE = "over TCP without encryption"  # from each kernel, on a machine's own loopback
 _REPORT = re.compile(r"traceback saved in: (\S+)")
 """Where Jupyter Book puts the error of a cell."""
 
@@ -37,7 +36,7 @@ def run(command: list[str], log: Path) -> int:
             line = _COLOUR.sub("", raw)
             kept.write(line)
             kept.flush()
-            if _NOISE in line:
+            if "TCP without encryption" in line:  # as each kernel says
                 continue
             if sys.stdout.isatty():
                 width = shutil.get_terminal_size().columns - 1

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from robust_slam_autograder.grading.messages import NOT_WRITTEN
-from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus, Result
+from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reading.assignment import Limits
 
 MEANINGS: Mapping[str, str] = {

@@ -16,7 +16,6 @@ from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Compared,
-    Ending,
     ExerciseResult,
     Result,
 )
@@ -232,16 +231,12 @@ def _exercise(number: int, exercise: ExerciseResult, config: Config, site: str) 
         misconception="" if passed else visible(exercise.misconception),
         hints=() if passed else tuple(clicks.named(config.hints.get(exercise.name, ()))),
         reading=None if passed else reading(config, exercise.name, site),
-        cases=_cases(exercise),
+        cases=tuple(_case(case, exercise.cases[:n]) for n, case in enumerate(exercise.cases)),
     )
 
 
 def _points(score: float, most: float) -> str:
     return f"{score} of {most} {'point' if most == 1 else 'points'}"
-
-
-def _cases(exercise: ExerciseResult) -> tuple[ShownCase, ...]:
-    return tuple(_case(case, exercise.cases[:n]) for n, case in enumerate(exercise.cases))
 
 
 def _case(case: CaseResult, before: Sequence[CaseResult]) -> ShownCase:
