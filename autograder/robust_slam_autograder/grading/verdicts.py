@@ -34,7 +34,7 @@ ADVICE: Mapping[str, str] = {
     "died": "Look for exit() or quit(), endless recursion, or arrays too large for the memory.",
 }
 
-FAULTS: Sequence[ExerciseStatus] = ("timeout", "died")
+FAULTS: Sequence[str] = ("timeout", "died")
 SIGNS: Mapping[str, str] = {"passed": "✓", "partial": "◐"}
 
 
