@@ -2,7 +2,7 @@
 
 nbgrader looks for it on Jupyter's configuration path, so put this folder there:
 ``JUPYTER_CONFIG_PATH=autograder nbgrader autograde 02-four-costs``, or
-``JUPYTER_CONFIG_PATH=autograder jupyter lab``, from the repository's root.
+``jupyter lab`` likewise, where ``solutions`` is; elsewhere the course is the folder around this.
 """
 
 import sys
@@ -13,7 +13,7 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.nbgrader.own_files import read_warily
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 
-root = Path(__file__).resolve().parents[1]
+root = Path.cwd() if Path("solutions").is_dir() else Path(__file__).resolve().parents[1]
 try:
     layout.refuse_unmoved(layout.GRADED, root)
 except WrongUse as error:

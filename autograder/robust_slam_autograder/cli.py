@@ -32,7 +32,7 @@ GRADING = (
     "yaml",
 )
 """Modules that the extra ``grading`` installs."""
-HOW_TO_GRADE = f'this command needs pip install "{DISTRIBUTION}[grading]".'
+HOW_TO_GRADE = 'this command needs pip install "./autograder[grading]", where that folder is.'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

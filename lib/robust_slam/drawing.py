@@ -20,7 +20,7 @@ try:
     from matplotlib.legend import Legend
     from matplotlib.lines import Line2D
 except ImportError as error:
-    raise ImportError("maps are drawn by Matplotlib: pip install robust-slam[plot]") from error
+    raise ImportError("maps are drawn by Matplotlib: pip install matplotlib") from error
 
 _FAINTEST = 0.15  # opacity of an edge of weight 0: rejected, and still to be seen
 _SHADES = 255  # screens tell no more apart, and each shade is one line to draw

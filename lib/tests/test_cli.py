@@ -3,7 +3,9 @@
 import re
 import subprocess
 import sys
+from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import robust_slam as rs
@@ -62,6 +64,14 @@ def test_it_writes_what_was_asked_for_with_the_ids_of_the_file(file, tmp_path):
     assert "<svg" in paths["plot"].read_text()
 
 
+def test_the_example_of_the_readme_draws_and_prints_for_a_small_graph(file, monkeypatch, capsys):
+    monkeypatch.chdir(file.parent)
+    readme = Path(__file__).parents[1].joinpath("README.md").read_text("utf-8")
+    exec(re.findall(r"```python\n(.*?)```", readme, re.S)[0].replace("my.g2o", file.name))
+    plt.close()
+    assert "<svg" in Path("my-map.svg").read_text() and "e-0" in capsys.readouterr().out
+
+
 WITHOUT_MATPLOTLIB = """
 import sys
 sys.modules["matplotlib"] = None
@@ -78,7 +88,7 @@ def test_without_matplotlib_only_a_drawing_is_missed_and_that_before_the_work(fi
 
     assert run("--out", "map.g2o").returncode == 0 and (tmp_path / "map.g2o").is_file()
     drawn = run("--plot", "map.svg")
-    fix = "robust-slam: maps are drawn by Matplotlib: pip install robust-slam[plot]"
+    fix = "robust-slam: maps are drawn by Matplotlib: pip install matplotlib"
     assert (drawn.returncode, drawn.stdout, drawn.stderr.strip()) == (2, "", fix)
 
 

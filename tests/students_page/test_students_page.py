@@ -170,7 +170,7 @@ def test_check_needs_no_package_of_the_instructors(tmp_path, zips):
 def test_an_instructors_command_says_what_to_install(tmp_path):
     done = run_without(FOR_INSTRUCTORS, "release", "--out", str(tmp_path / "release"))
     assert done.returncode == 2
-    assert 'pip install "robust-slam-autograder[grading]"' in done.stderr
+    assert 'pip install "./autograder[grading]"' in done.stderr
     assert "Traceback" not in done.stderr
 
 

@@ -96,8 +96,7 @@ def connected(address: str) -> Iterator[Cluster]:
         import dask
         from distributed import Client, Security
     except ImportError as error:
-        fix = "pip install distributed, which is the extra `cluster` of this package"
-        raise WrongUse(f"--scheduler needs Dask, which is not installed: {fix}.") from error
+        raise WrongUse("--scheduler needs Dask: pip install distributed.") from error
     # Before Dask sees it: its client takes long to give up a wrong address.
     security = Security()
     if not _ADDRESS.fullmatch(address):

@@ -23,11 +23,8 @@ def refuse_unsafe(
     """
     places = list(dict.fromkeys(folders))
     for allowed in {assignment.config.packages: assignment for assignment in assignments}.values():
-        for package in packages.missing(allowed.config.packages):
-            raise WrongUse(
-                f"{allowed.name}/{CONFIG_NAME}: packages names {package}, "
-                "which is not installed here: install it or correct the name."
-            )
+        for problem in packages.missing(allowed.config.packages):
+            raise WrongUse(f"{allowed.name}/{CONFIG_NAME}: {problem}")
         if isinstance(sandbox, Unsandboxed):
             continue
         for folder in places:

@@ -30,7 +30,7 @@ ADVICE: Mapping[ExerciseStatus, str] = {
     "died": "Look for exit() or quit(), endless recursion, or arrays too large for the memory.",
 }
 
-
+FAULTS: Sequence[ExerciseStatus] = ("timeout", "died")
 SIGNS: Mapping[ExerciseStatus, str] = {"passed": "✓", "partial": "◐"}
 
 
@@ -80,6 +80,12 @@ def remaining(hidden: int | None) -> str:
         return "hidden cases remain"
     cases = "hidden case remains" if hidden == 1 else "hidden cases remain"
     return f"{hidden or 'no'} {cases}"
+
+
+def losses(result: Result) -> list[str]:
+    """Name the exercises that lost marks, with what ended the code of one."""
+    lost = (exercise for exercise in result.exercises if exercise.status != "passed")
+    return [e.name + f" ({e.status})" * (e.status in FAULTS) for e in lost]
 
 
 def failed_cases(exercise: ExerciseResult) -> list[str]:

@@ -1,7 +1,6 @@
 """What is beside the notebook: ``autograder.toml``, and answers to test the tests with."""
 
 import ast
-import importlib.util
 import re
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -14,6 +13,7 @@ from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
 from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules, tree_of
+from robust_slam_autograder.sandbox import packages
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
 _LEAST = {"right_": (2, "accept"), "wrong_": (3, "catch")}
@@ -23,10 +23,12 @@ _GOES_ON = re.compile(
 )
 
 
-@rule("no-module", "error", "A withheld module must exist.")
+@rule("no-module", "error", "Packages and withheld modules must be installed.")
 def _no_module(subject: Subject) -> Iterator[Found]:
+    for problem in packages.missing(subject.assignment.config.packages):
+        yield Found(CONFIG_NAME, problem)
     for name in subject.assignment.config.withheld:
-        if not _exists(name):
+        if packages.spec_of(name) is None:
             said = f"withheld names {name}, which is not installed here"
             yield Found(CONFIG_NAME, f"{said}: correct it, or install it.")
 
@@ -59,14 +61,6 @@ def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFro
         for node in [] if piece.own else tree_of(piece.source).body:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield piece.label, node
-
-
-def _exists(name: str) -> bool:
-    """Whether a module can be found; of its packages only those around it are imported."""
-    try:
-        return importlib.util.find_spec(name) is not None
-    except (ImportError, ValueError):
-        return False
 
 
 @rule("limits", "error", "A limit is at most the one around it.")

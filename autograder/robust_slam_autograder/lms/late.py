@@ -97,7 +97,7 @@ def load(path: Path) -> Rules:
     """
     table = read_table(path, _KINDS)
     if "policy" not in table or "due" not in table:
-        raise WrongUse(f"{path}: [policy] and [due] are wanted.")
+        raise WrongUse(f"{path}: [policy] with percent_per_day, and [due], are wanted.")
     zone = _zone(path, table.get("timezone"))
 
     def times(where: str, said: Mapping[str, object]) -> dict[str, datetime | None]:

@@ -8,13 +8,13 @@ import functools
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import defined_names, imported_modules, imports
+from robust_slam_autograder.reading.source import defined_names, imported_modules, imports, tree_of
 from robust_slam_autograder.reading.table import Kinds, read_table
 
 CONFIG_NAME = "autograder.toml"
@@ -373,6 +373,8 @@ def load_config(path: Path) -> Config:
 def released(folder: Path) -> Assignment | None:
     """Read what a release's folder says of its assignment; None where it says nothing.
 
+    Cases whose checks are all hidden are left out: nothing of them can pass or fail.
+
     Raises:
         WrongUse: its ``autograder.toml`` is not as the release wrote it.
     """
@@ -380,4 +382,5 @@ def released(folder: Path) -> Assignment | None:
     if not config.cells:
         return None
     cells = notebook.parse(config.cells.encode(), CONFIG_NAME)
-    return from_cells(cells, folder / f"{folder.resolve().name}.ipynb", config)
+    found = from_cells(cells, folder / f"{folder.resolve().name}.ipynb", config)
+    return replace(found, cases=tuple(c for c in found.cases if tree_of(c.visible).body))

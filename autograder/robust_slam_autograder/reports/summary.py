@@ -9,7 +9,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result
-from robust_slam_autograder.grading.verdicts import check_verdict, failed_cases, sign, verdict
+from robust_slam_autograder.grading.verdicts import (
+    check_verdict,
+    failed_cases,
+    losses,
+    sign,
+    verdict,
+)
 from robust_slam_autograder.markup import cell, code, one_line, visible
 
 SCHEMA = 1
@@ -32,7 +38,7 @@ def _ordered(marks: Sequence[Result], *, names: bool) -> list[Result]:
     """Order results; without names by the marks, for the order of names is told to no one."""
     if names:
         return list(marks)
-    return sorted(marks, key=lambda r: (r.assignment, -r.score, r.status, _losses(r)))
+    return sorted(marks, key=lambda r: (r.assignment, -r.score, r.status, losses(r)))
 
 
 def _entry(result: Result, *, names: bool) -> dict[str, Any]:
@@ -72,13 +78,9 @@ def _outcome(result: Result, *, names: bool) -> str:
     if result.status != "graded":
         reason = cell(_reason(result)) if names else ""
         return f"✗ {result.status}{reason and f': {reason}'}"
-    if lost := _losses(result):
+    if lost := losses(result):
         return f"✗ lost points in {', '.join(map(cell, lost))}"
     return f"✓ {verdict(result)}"
-
-
-def _losses(result: Result) -> list[str]:
-    return [exercise.name for exercise in result.exercises if exercise.status != "passed"]
 
 
 def check_as_markdown(result: Result, hidden: Mapping[str, int] | None) -> str:
@@ -91,5 +93,6 @@ def check_as_markdown(result: Result, hidden: Mapping[str, int] | None) -> str:
 
 def _checked(exercise: ExerciseResult) -> str:
     names = ", ".join(map(code, failed_cases(exercise)))
-    message = f": {code(exercise.message)}" if exercise.message else ""
-    return f"{sign(exercise.status)} {code(exercise.name)}{names and f' ({names})'}{message}"
+    told = "  \n  ".join(filter(None, map(code, exercise.message.split("\n"))))
+    head = f"{sign(exercise.status)} {code(exercise.name)}{names and f' ({names})'}"
+    return f"{head}: {told}" if told else head

@@ -5,9 +5,11 @@ from collections.abc import Mapping, Sequence
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.verdicts import (
     ADVICE,
+    FAULTS,
     check_verdict,
     failed_cases,
     has_hidden,
+    losses,
     remaining,
     sign,
 )
@@ -42,10 +44,10 @@ def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
 def _remark(result: Result, names: bool) -> str:
     if result.status != "graded":
         return f"{result.status}: {one_line(result.reason)}" if names else result.status
-    lost = [exercise.name for exercise in result.exercises if exercise.status != "passed"]
-    if not lost:
+    if not (lost := losses(result)):
         return "all passed" if has_hidden(result.exercises) else "public checks passed"
-    return "nothing passed" if not result.score else f"lost marks in {', '.join(lost)}"
+    is_told = result.score or any(exercise.status in FAULTS for exercise in result.exercises)
+    return f"lost marks in {', '.join(lost)}" if is_told else "nothing passed"
 
 
 def check_line(
@@ -68,7 +70,7 @@ def check_line(
     where = f" ({', '.join(failed)})" if (failed := failed_cases(exercise)) else ""
     first, *more = exercise.message.split("\n")
     lines = [f"{sign(exercise.status):<10} {exercise.name}{where}: {one_line(first)}"]
-    if exercise.status in ("timeout", "died"):
+    if exercise.status in FAULTS:
         lines[0] += f" {ADVICE[exercise.status]}"
     if exercise.misconception:
         more.append(f"It looks as if {exercise.misconception}.")

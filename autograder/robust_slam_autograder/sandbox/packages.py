@@ -11,6 +11,7 @@ import sysconfig
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import ModuleSpec
 from importlib.metadata import Distribution
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import robust_slam_autograder
+from robust_slam_autograder.reading.assignment import DEFAULT_PACKAGES
 from robust_slam_autograder.student.imports import NOTEBOOK_PACKAGES, is_standard
 
 OWN_PACKAGES = ("msgpack", "numpy")
@@ -44,9 +46,10 @@ class Packages:
 
 
 def missing(packages: Iterable[str]) -> list[str]:
-    """Return those of these packages that are not installed here."""
+    """Say of each of these packages that is not installed here what to do."""
     return [
-        name
+        f"packages (by default {', '.join(DEFAULT_PACKAGES)}) names {name}, which is not "
+        'installed here: install it, or list others, as in packages = ["numpy"].'
         for name in packages
         if not is_standard(name) and _distribution(name) is None and _source_place(name) is None
     ]
@@ -99,16 +102,20 @@ def _provided(found: Distribution) -> set[str]:
     return {name for name in names if name} | {name for name, _ in _in_place(found)}
 
 
+def spec_of(name: str) -> ModuleSpec | None:
+    """Return where a module is; of its packages only those around it are imported."""
+    try:
+        return importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return None
+
+
 def _source_place(name: str) -> str | None:
     """Return the folder, or the one file, of a package that no distribution provides.
 
     It may be on PYTHONPATH, or have been copied among the installed ones.
     """
-    try:
-        spec = importlib.util.find_spec(name)
-    except (ImportError, ValueError):
-        return None
-    if spec is None:
+    if (spec := spec_of(name)) is None:
         return None
     places = list(spec.submodule_search_locations or ()) or [spec.origin or ""]
     return str(Path(places[0]).resolve()) if Path(places[0]).exists() else None

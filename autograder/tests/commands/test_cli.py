@@ -17,6 +17,7 @@ from robust_slam_autograder.reading.submission import DATABASE_NAME
 from .. import toy
 
 WRONG = "def double(x):\n    return x\n"
+NONE = "def apply(f, x, times):\n    raise NotImplementedError\n"
 ADA = f"submitted/ada/{toy.NAME}"
 
 
@@ -223,15 +224,18 @@ class TestCheck:
         return run
 
     def test_a_wrong_one_does_not_and_its_summary_says_the_same(self, check):
-        status, out, _ = check(toy.answer(WRONG), "--markdown", "summary.md")
+        status, out, _ = check(toy.answer(WRONG, NONE), "--markdown", "summary.md")
         said = "double(3) is 6: add the number to itself"
-        assert status == 1
+        assert (
+            status == 1 and "✗ failed   apply (by-hand): " in out
+        )  # the hidden case says nothing
         assert out.splitlines()[:3] == [
             f"Checking {toy.NAME}.ipynb: the visible cases of {Path.cwd().name}.",
             f"◐ partial  double (by-hand): {said}",
             "    Here, double(3) returned 3; expected 6.",
         ]
-        assert f"◐ partial `double` (`by-hand`): `{said}" in Path("summary.md").read_text("utf-8")
+        summary = Path("summary.md").read_text("utf-8")
+        assert f"◐ partial `double` (`by-hand`): `{said}`  \n  `Here, double(3)" in summary
 
     @pytest.mark.parametrize(
         ("arguments", "sentence"),

@@ -138,11 +138,14 @@ def test_a_rule_finds_in_a_notebook_what_it_is_for_and_no_more(lint, rule, value
     assert sorted(places(lint(value, config), rule)) == sorted(wanted)
 
 
-def test_a_withheld_module_that_does_not_exist_is_named(lint):
-    config = 'withheld = ["json.decoder", "json.no_such", "no_such_package.part"]'
+def test_a_module_that_is_not_installed_is_named(lint):
+    config = (
+        'packages = ["numpy", "nowhere"]\nwithheld = ["json.decoder", "json.no", "nothing.part"]'
+    )
     found = lint(toy.source_notebook(), config)
     said = [one.message for one in found if one.rule == "no-module"]
-    assert len(said) == 2 and "json.no_such" in said[0] and "no_such_package" in said[1]
+    assert len(said) == 3 and "json.no," in said[1] and "nothing.part" in said[2]
+    assert "names nowhere, which is not installed here" in said[0]
 
 
 def test_an_import_that_students_may_not_make_is_found(lint):

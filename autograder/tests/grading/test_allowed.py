@@ -65,4 +65,5 @@ def test_a_package_that_is_not_installed_is_refused(tmp_path, grade):
     tree = toy.make_tree(tmp_path, 'packages = ["numpy", "no_such_package"]\n')
     status, said = grade(tree, tmp_path / "submitted", tmp_path / "out")
     assert status == 2
-    assert f"{toy.NAME}/autograder.toml: packages names no_such_package, which is not" in said
+    assert f"{toy.NAME}/autograder.toml: packages (by default numpy, scipy, matplotlib)" in said
+    assert "names no_such_package, which is not installed here: install it, or list oth" in said

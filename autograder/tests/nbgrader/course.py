@@ -1,6 +1,5 @@
 """A small course for nbgrader: tests, a free-text answer and a task; and what it does with it."""
 
-import shutil
 import subprocess
 from collections.abc import Sequence
 from dataclasses import replace
@@ -76,11 +75,9 @@ def marked(student: str, earned: Sequence[float], tests: Assignment | None = Non
 
 
 def make(folder: Path) -> Path:
-    """A course's root: the source tree and the configuration."""
+    """A course's root with the source tree; the configuration stays in the grader's folder."""
     path = toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 2\n") / toy.NAME
     toy.write(path / f"{toy.NAME}.ipynb", source_notebook())
-    (folder / "autograder").mkdir()
-    shutil.copy(GRADER / "nbgrader_config.py", folder / "autograder")
     return folder
 
 
@@ -92,7 +89,7 @@ def environment(course: Path) -> dict[str, str]:
     """Variables for a user who has nothing set up but the course."""
     home = course / "home"
     home.mkdir(exist_ok=True)
-    return nothing_set_up(home) | {"JUPYTER_CONFIG_PATH": "autograder"}
+    return nothing_set_up(home) | {"JUPYTER_CONFIG_PATH": str(GRADER)}
 
 
 def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedProcess[str]:

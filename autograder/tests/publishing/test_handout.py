@@ -157,7 +157,7 @@ def test_a_course_that_says_nothing_leaves_it_to_the_instructor(tmp_path):
     release(toy.make_tree(tmp_path), [], tmp_path / "out")
     text = archive_of(tmp_path / "out")["README.txt"].decode()
     assert text.startswith(f"{toy.NAME}\n=====") and "pip install" not in text
-    assert f"autograder check {toy.NAME}.ipynb" in text and "says how" in text
+    assert f"terminal:\n\n     autograder check {toy.NAME}.ipynb" in text and "says how" in text
 
 
 COURSE, BOOK = "solutions/course.toml", "_config.yml"

@@ -99,7 +99,7 @@ class TestValues:
         failed = exercise("e", "failed", samples.compared("7"))
         text = Skeleton(feedback.html(page(result(failed)))).text
         assert "returned" not in text and text.count("It is NaN.") == 1
-        assert "Here, f(3) returned 7" in feedback.markdown(page(result(failed)))
+        assert "`  \n  `Here, f(3) returned 7" in feedback.markdown(page(result(failed)))
 
     def test_the_same_message_again_has_no_second_table(self):
         twice = exercise("e", "failed", samples.compared("7"), samples.compared("7"))

@@ -55,7 +55,7 @@ def test_markdown_is_a_table_with_a_word_beside_each_sign():
         "| `ben` | `07-toy` | 0/20 | ✗ refused: `zoe.ipynb is not valid JSON: save it again.` |",
         "| `dora` | `07-toy` | 0/20 | ✗ failed |",
         "| `ada` | `07-toy` | 15/20 | ✗ lost points in `apply` |",
-        "| `cleo` | `07-toy` | 5/15 | ✗ lost points in `loop` |",
+        "| `cleo` | `07-toy` | 5/15 | ✗ lost points in `loop (timeout)` |",
     ]
 
 

@@ -14,15 +14,16 @@ HUNG = exercise("four", "timeout", case("a", "Your code ran longer than it may."
 
 def test_the_table_has_a_line_and_a_remark_for_each():
     hidden = exercise("one", "passed", case("a"))
-    marks = [result(PASSED), result(PASSED, PARTLY), result(FAILED), result(hidden)]
+    marks = [result(*each) for each in ((PASSED,), (PARTLY, HUNG), (HUNG,), (FAILED,), (hidden,))]
     table = terminal.marks_table([*marks, samples.refused("No.", student="bo")])
     assert table.splitlines() == [
         "student  assignment  mark",
-        "ada      07-toy      5/5    public checks passed",
-        "ada      07-toy      10/20  lost marks in two",
-        "ada      07-toy      0/5    nothing passed",
-        "ada      07-toy      5/5    all passed",
-        "bo       07-toy      0/20   refused: No.",
+        "ada      07-toy      5/5   public checks passed",
+        "ada      07-toy      5/20  lost marks in two, four (timeout)",
+        "ada      07-toy      0/5   lost marks in four (timeout)",
+        "ada      07-toy      0/5   nothing passed",
+        "ada      07-toy      5/5   all passed",
+        "bo       07-toy      0/20  refused: No.",
     ]
 
 

@@ -274,6 +274,6 @@ def _cvxpy() -> ModuleType:
         import cvxpy
     except ImportError as error:
         raise ImportError(
-            "the relaxation is solved by cvxpy and its CLARABEL: pip install robust-slam[sdp]"
+            "the relaxation is solved by cvxpy and its CLARABEL: pip install cvxpy clarabel"
         ) from error
     return cvxpy

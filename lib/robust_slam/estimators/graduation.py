@@ -302,8 +302,7 @@ def gnc(
     """Minimise Σ ρ(u) of the TLS or Geman–McClure kernel by graduated non-convexity.
 
     Consistent outliers distort the unweighted solution and have small residuals there, so on a
-    pose graph with trusted odometry dead reckoning is the better start: on no graph of
-    ``chapters/data/robustness.csv`` do fewer runs succeed.
+    pose graph with trusted odometry dead reckoning is the better start.
 
     Parameters
     ----------

@@ -5,8 +5,8 @@ w(0) = 1. Every kernel is even in u, and |u| = scale belongs to the inner piece.
 Papers on graduated non-convexity drop the ½ and write w = ρ'/(2u): the weights are
 the same numbers (Yang et al. 2020).
 
-A new kernel needs a constructor and one line in ``KERNELS``. The tests cover every kernel
-there, and figures take its line style from its position there.
+A new kernel needs a constructor, one line in ``KERNELS``, and its name in the docstring of
+``irls``. The tests cover every kernel of ``KERNELS``, whose order gives figures their line styles.
 """
 
 from collections.abc import Callable

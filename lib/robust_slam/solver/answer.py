@@ -225,8 +225,8 @@ class Answer:
             return ["There is no closure: the map is the odometry alone, and nothing tests it."]
         if self.support is Support.WEAK and not told:
             return [
-                "Odometry alone explains the measurements about as well as this map: look for "
-                "more closures, or for odometry that slipped."
+                "Odometry alone has nearly as much evidence as this map, as where closures are "
+                "few: look for more closures, or for odometry that slipped."
             ]
         if self.rival is None:
             return []

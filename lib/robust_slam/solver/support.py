@@ -29,7 +29,7 @@ class Support(Enum):
 
     - UNIQUE: no rival is comparable, and no part of the map rests on one place.
     - AMBIGUOUS: rejected closures that agree explain what is contested nearly as well.
-    - WEAK: a part rests on one place, or odometry alone explains the measurements about as well,
+    - WEAK: a part rests on one place, or odometry alone has nearly as much evidence,
       or it slipped, or a step bends the map, or rejected closures are close to it, or no closure
       is kept, or the time did not suffice to look for a rival.
     """
