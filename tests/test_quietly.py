@@ -37,7 +37,7 @@ def test_a_failure_shows_early_warnings_the_cells_error_and_the_end(tmp_path):
 
 def test_progress_stays_on_one_line_of_a_terminal(tmp_path):
     reader, writer = pty.openpty()
-    command = [*QUIETLY, *PRINT, "1 of 2" + " and more" * 100 + "\n2 of 2", "0"]
+    command = [*QUIETLY, *PRINT, f"1 of 2{' and more' * 100}\n2 of 2\nTCP without encryption", "0"]
     with os.fdopen(writer, "w") as terminal:
         subprocess.run(command, cwd=tmp_path, stdout=terminal, check=True)
         text = os.read(reader, 100_000).decode()

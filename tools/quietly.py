@@ -36,6 +36,8 @@ def run(command: list[str], log: Path) -> int:
             line = _COLOUR.sub("", raw)
             kept.write(line)
             kept.flush()
+            if "TCP without encryption" in line:  # as each kernel says
+                continue
             if sys.stdout.isatty():
                 width = shutil.get_terminal_size().columns - 1
                 print(f"\r\x1b[K{f'  {line.rstrip()}'[:width]}", end="", flush=True)

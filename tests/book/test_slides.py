@@ -173,13 +173,16 @@ def take_hold(page: Page) -> None:
 
 
 @pytest.mark.rest
-def test_a_vote_brings_the_claim_and_the_pointer_gives_the_keys_back(decks, open_page):
+def test_a_key_after_a_vote_shows_the_answer_and_the_pointer_gives_the_keys_back(decks, open_page):
     page = open_page((decks / "slides" / f"{NOTEBOOKS[2].stem}.html").as_uri()).page
     page.wait_for_function("deck.isReady()")
     here = page.locator("section.present")
     expect(here.locator("h1")).to_have_css("visibility", "hidden")
     here.locator(".rs-choices label").last.click()
+    said = here.locator(".rs-caption").inner_text()
+    page.keyboard.press("ArrowRight")
     expect(here.locator("h1")).to_have_css("visibility", "visible")
+    expect(here.locator(".rs-caption")).not_to_have_text(said)
     for shown in (1, 2):
         page.keyboard.press("ArrowRight")
         assert page.evaluate("deck.getIndices().h") == shown

@@ -11,7 +11,7 @@ from robust_slam.incremental import GrowingMap
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
 
-from tools.data.labs import mind
+from tools.data import labs as made
 
 TABLE: dict[str, Any] = json.loads(
     (files("robust_slam_course.pictures") / "labs.json").read_text(encoding="utf-8")
@@ -20,7 +20,7 @@ TABLE: dict[str, Any] = json.loads(
 
 @pytest.mark.parametrize("arrives", [17, 20, 23, 24, 31])
 def test_the_map_keeps_what_the_table_has(arrives):
-    assert TABLE["minds"][arrives - labs.ARRIVALS[0]] == list(mind(arrives))
+    assert TABLE["minds"][arrives - labs.ARRIVALS[0]] == list(made.mind(arrives)), made.__doc__
 
 
 def test_the_map_that_is_drawn_is_the_one_that_has_grown():

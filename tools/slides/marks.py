@@ -3,7 +3,7 @@
 A cell's metadata may hold ``slides``, a list with one entry for each slide:
 
 - ``title`` and ``ask``: a claim, and the question above what is shown: what a slide says in words
-  that are not the page's. The claim answers the question, so the vote or a key reveals it;
+  that are not the page's. The claim answers the question, so a key reveals it;
 - ``setup``: what has to be known before the question: what is seen, and what names mean;
 - ``later``: what of the thing shown would answer the question, and waits: for each key a selector
   of style sheets, or ``each li`` for one key an item; of a figure also ``data`` or its ``lines``

@@ -24,22 +24,17 @@ addEventListener("keydown", (event) => {
   deck[turn]();
 }, true);
 
-// A vote brings the claim. Once the pointer lets go, or a vote is given, the keys are the deck's
-// again; what the Tab key reached keeps its own.
+// Once the pointer lets go, or a vote is given, the keys are the deck's again, and the next brings
+// the claim and the picture's answer; what the Tab key reached keeps its own.
 const free = () => document.activeElement.blur();
 addEventListener("pointerup", () => setTimeout(() => {
   if (!document.activeElement.matches("select")) free(); // its list is still open
 }));
-addEventListener("change", ({ target }) => {
-  if (!target.closest("form")) return;
-  free();
-  deck.getCurrentSlide().querySelector(":is(h1, h2).fragment:not(.visible)") && deck.nextFragment();
-});
+addEventListener("change", ({ target }) => target.closest("form") && free());
 
 // A claim that a key brings shows the answer in its picture, and takes it back as it goes.
 const press = (key, button) => deck.on(key, ({ fragment }) => {
-  const slide = fragment.closest("section");
-  if (fragment.matches("h1, h2") && !slide.querySelector(".rs-predict :checked")) slide.querySelector(button)?.click();
+  if (fragment.matches("h1, h2")) fragment.closest("section").querySelector(button)?.click();
 });
 press("fragmentshown", "[data-show]");
 press("fragmenthidden", "[data-control=reset]");

@@ -2,24 +2,28 @@
 
 from collections.abc import Mapping, Sequence
 
-from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus, Result
+from robust_slam_autograder.grading.messages import NOT_WRITTEN
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.reading.assignment import Limits
 
-MEANINGS: Mapping[ExerciseStatus, str] = {
+MEANINGS: Mapping[str, str] = {
     "passed": "Every check passed.",
     "partial": "Some cases passed and some did not.",
     "failed": "No case passed.",
     "missing": "The notebook holds no answer to this exercise.",
-    "timeout": "Your code ran longer than it may.",
+    "not written": "Nothing is written here yet.",
+    "timeout": "A call may work for {0.call_seconds:g} s, and a cell for {0.cell_seconds:g} s.",
     "died": "Your code ended the whole Python process.",
 }
 
-ADVICE: Mapping[ExerciseStatus, str] = {
+ADVICE: Mapping[str, str] = {
     "passed": "",
     "partial": "Look at the first failed case: its message says where to look.",
     "failed": (
         "Begin with the first case: its message says where to look. Then try it by hand, "
         "with small numbers."
     ),
+    "not written": "Replace the line that raises NotImplementedError with your code.",
     "missing": (
         "Define its functions in a cell of your own, under the names that the exercise gives them."
     ),
@@ -30,20 +34,26 @@ ADVICE: Mapping[ExerciseStatus, str] = {
     "died": "Look for exit() or quit(), endless recursion, or arrays too large for the memory.",
 }
 
-FAULTS: Sequence[ExerciseStatus] = ("timeout", "died")
-SIGNS: Mapping[ExerciseStatus, str] = {"passed": "✓", "partial": "◐"}
+FAULTS: Sequence[str] = ("timeout", "died")
+SIGNS: Mapping[str, str] = {"passed": "✓", "partial": "◐"}
 
 
-def sign(status: ExerciseStatus) -> str:
+def sign(status: str) -> str:
     """Return a status with its sign: ✓ for "passed" alone, ◐ for what is right in part."""
     return f"{SIGNS.get(status, '✗')} {status}"
 
 
-def meaning(exercise: ExerciseResult) -> str:
-    """Say what an exercise's status means."""
+def outcome(exercise: ExerciseResult) -> str:
+    """Return an exercise's status, or "not written" where its cell is as it was released."""
+    is_stub = all(case.message == NOT_WRITTEN for case in exercise.cases)
+    return "not written" if exercise.status == "failed" and is_stub else exercise.status
+
+
+def meaning(exercise: ExerciseResult, limits: Limits) -> str:
+    """Say what an exercise's outcome means."""
     if exercise.status == "passed" and not has_hidden([exercise]):
         return "The public checks passed."
-    return MEANINGS[exercise.status]
+    return MEANINGS[outcome(exercise)].format(limits)
 
 
 def verdict(result: Result) -> str:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from robust_slam_autograder.grading.entered_by_hand import Entered, with_marks
-from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
+from robust_slam_autograder.grading.verdicts import outcome
 from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
@@ -129,9 +129,7 @@ class ExerciseStatistics:
     partly: int
     none: int
     missing: int
-    """The four numbers of students: all of the points, some, none, and no answer at all."""
-    untouched: int
-    """Of those without points, whose function is as it was released."""
+    """The four numbers of students: all of the points, some, none, and nothing written at all."""
     timeouts: int
     deaths: int
     cases: tuple[CaseStatistics, ...]
@@ -141,16 +139,6 @@ class ExerciseStatistics:
     def limits(self) -> int:
         """Return how many students ran into a limit here."""
         return self.timeouts + self.deaths
-
-    @property
-    def unwritten(self) -> int:
-        """Return how many students wrote nothing: no cell, or the one that was released."""
-        return self.missing + self.untouched
-
-    @property
-    def missed(self) -> int:
-        """Return how many students wrote something and have no points for it."""
-        return self.none - self.untouched
 
     @property
     def remarks(self) -> Counter[str]:
@@ -324,8 +312,8 @@ def report(source: Source) -> Report:
         marks=marks,
         exercises=exercises,
         misunderstood=_misunderstood(exercises) if spoken_for else None,
-        unwritten=_many(spoken_for, "unwritten"),
-        missed=_many(spoken_for, "missed"),
+        unwritten=_many(spoken_for, "missing"),
+        missed=_many(spoken_for, "none"),
         misconceptions=tuple(_with_names(source, misconceptions(shown))),
         unlabelled=tuple(_with_names(source, unlabelled(shown, source.code))),
         time=_time(shown, source) if shown else None,
@@ -430,7 +418,8 @@ def _exercise(
     mine: Sequence[ExerciseResult], reader: Reader, whole: Sequence[float]
 ) -> ExerciseStatistics:
     most = sum(exercise.max_score for exercise in mine)
-    status = Counter(exercise.status for exercise in mine)
+    status = Counter(map(outcome, mine))
+    missing = status["missing"] + status["not written"]
     partly = sum(e.score > 0 for e in mine if e.status not in ("passed", "missing"))
     return ExerciseStatistics(
         name=visible(mine[0].name),
@@ -438,9 +427,8 @@ def _exercise(
         students=len(mine),
         whole=status["passed"],
         partly=partly,
-        none=len(mine) - status["passed"] - partly - status["missing"],
-        missing=status["missing"],
-        untouched=sum(map(_is_untouched, mine)),
+        none=len(mine) - status["passed"] - partly - missing,
+        missing=missing,
         timeouts=status["timeout"],
         deaths=status["died"],
         cases=tuple(
@@ -449,11 +437,6 @@ def _exercise(
         ),
         hints=collect(mine, reader),
     )
-
-
-def _is_untouched(exercise: ExerciseResult) -> bool:
-    passed = any(case.passed for case in exercise.cases)
-    return exercise.status == "failed" and exercise.message == NOT_WRITTEN and not passed
 
 
 def _many(exercises: Sequence[ExerciseStatistics], what: str) -> tuple[tuple[str, int], ...]:

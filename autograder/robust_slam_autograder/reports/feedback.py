@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from urllib.parse import quote
 
 from robust_slam_autograder.grading.entered_by_hand import Entries, Entry, with_marks
+from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Compared,
-    Ending,
     ExerciseResult,
     Result,
 )
-from robust_slam_autograder.grading.verdicts import ADVICE, SIGNS, meaning, sign, verdict
+from robust_slam_autograder.grading.verdicts import ADVICE, SIGNS, meaning, outcome, sign, verdict
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import clicks, documents
@@ -60,7 +60,7 @@ class ShownCase:
     """Whether it was checked with inputs that the student does not have."""
     message: str
     as_above: bool
-    """Whether the message is that of the case before, and is not repeated."""
+    """Whether the message is that of a case before, and is not repeated."""
     sentence: str
     """The message without the values."""
     values: Compared | None
@@ -168,12 +168,7 @@ def page(result: Result, config: Config, site: str, entries: Entries = ()) -> Pa
     """
     result = with_marks(result, entries)
     exercises = tuple(
-        _exercise(
-            number,
-            exercise,
-            reading(config, exercise.name, site),
-            config.hints.get(exercise.name, ()),
-        )
+        _exercise(number, exercise, config, site)
         for number, exercise in enumerate(result.exercises, start=1)
     )
     start = next((exercise for exercise in exercises if not exercise.passed), None)
@@ -217,28 +212,26 @@ def _next(result: Result, start: ShownExercise | None) -> str:
         return "You need do nothing: your instructor is told, and your notebook is kept."
     if start is None:
         return "Nothing is left to do."
-    return "Run autograder check on your notebook before you hand it in."
+    return "If you may hand in again, run autograder check on your notebook first."
 
 
-def _exercise(
-    number: int, exercise: ExerciseResult, reading: Reading | None, hints: tuple[str, ...]
-) -> ShownExercise:
+def _exercise(number: int, exercise: ExerciseResult, config: Config, site: str) -> ShownExercise:
     told = {case.message for case in exercise.cases}
     passed = exercise.status == "passed"
     return ShownExercise(
         name=visible(exercise.name),
         anchor=f"exercise-{number}",
-        outcome=sign(exercise.status),
+        outcome=sign(outcome(exercise)),
         kind=exercise.status if exercise.status in SIGNS else "lost",
         passed=passed,
         points=_points(exercise.score, exercise.max_score),
-        meaning=meaning(exercise),
-        advice=ADVICE[exercise.status],
+        meaning=meaning(exercise, config.limits),
+        advice=ADVICE[outcome(exercise)],
         message="" if exercise.message in told else visible(exercise.message),
         misconception="" if passed else visible(exercise.misconception),
-        hints=() if passed else tuple(clicks.named(hints)),
-        reading=None if passed else reading,
-        cases=_cases(exercise),
+        hints=() if passed else tuple(clicks.named(config.hints.get(exercise.name, ()))),
+        reading=None if passed else reading(config, exercise.name, site),
+        cases=tuple(_case(case, exercise.cases[:n]) for n, case in enumerate(exercise.cases)),
     )
 
 
@@ -246,15 +239,10 @@ def _points(score: float, most: float) -> str:
     return f"{score} of {most} {'point' if most == 1 else 'points'}"
 
 
-def _cases(exercise: ExerciseResult) -> tuple[ShownCase, ...]:
-    before = [CaseResult("", 0, 0, True, Ending.PASSED, ""), *exercise.cases]
-    return tuple(map(_case, exercise.cases, before))
-
-
-def _case(case: CaseResult, before: CaseResult) -> ShownCase:
-    """Show a case beside the one before: after a fault the others of an exercise do not run."""
+def _case(case: CaseResult, before: Sequence[CaseResult]) -> ShownCase:
+    """Show a case after those before: after a fault the others of an exercise do not run."""
     passed = case.passed
-    again = not (passed or before.passed) and case.message == before.message
+    again = not passed and case.message in {each.message for each in before if not each.passed}
     not_run = again and case.ending.is_fault
     compared = None if passed or again else case.compared
     message = "" if again else visible(case.message)
@@ -263,7 +251,7 @@ def _case(case: CaseResult, before: CaseResult) -> ShownCase:
         outcome=NOT_RUN if not_run else sign("passed" if passed else "failed"),
         passed=passed,
         points=_points(case.earned, case.points),
-        other_inputs=not (case.visible or not_run),
+        other_inputs=not (case.visible or not_run or case.message == NOT_WRITTEN),
         message=message,
         as_above=again and not not_run,
         sentence=visible(case.sentence) if compared else message,

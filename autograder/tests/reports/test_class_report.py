@@ -261,6 +261,7 @@ def test_what_many_did_not_write_and_what_everybody_missed_is_said():
     assert made.misunderstood == ()
     assert made.unwritten == (("gone", 4), ("late", 2))
     assert made.missed == (("wrong", 5), ("late", 3))
+    assert {e.name: (e.none, e.missing) for e in made.exercises}["late"] == (3, 2)
     text = " ".join(pages.Skeleton(class_pages.html(made)).text.split())
     assert "No single check failed, and no single hint was given, in" in text
     assert "Left empty by" in text and "wrong: 5 of 5 students, everybody" in text

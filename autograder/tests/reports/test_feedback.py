@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from robust_slam_autograder import cli
+from robust_slam_autograder.grading.messages import NOT_WRITTEN
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import recording
 from robust_slam_autograder.reading.assignment import Config
@@ -50,11 +51,20 @@ class TestWords:
         told = [(each.message, each.as_above) for each in stub.cases]
         assert told == [("Not written.", False), ("", True)]
         assert stub.message == ""
+        again = exercise("e", "failed", case("a", "x"), case("b", "y"), case("c", "x"))
+        assert [c.as_above for c in page(result(again)).exercises[0].cases] == [False, False, True]
         (gone,) = page(result(samples.MISSING)).exercises
         assert gone.message == "No cell.", "no case says it"
 
+    def test_what_is_as_it_was_released_is_not_written_and_was_not_tried_with_other_inputs(self):
+        stub = exercise("stub", "failed", *(case(name, NOT_WRITTEN) for name in "ab"))
+        (shown,) = page(result(stub)).exercises
+        assert (shown.outcome, shown.meaning) == ("✗ not written", "Nothing is written here yet.")
+        assert not any(each.other_inputs for each in shown.cases)
+
     def test_what_comes_after_a_fault_was_not_run(self):
         (hung,) = page(result(samples.HUNG)).exercises
+        assert hung.meaning == "A call may work for 10 s, and a cell for 20 s."
         assert [(each.outcome, each.message, each.other_inputs) for each in hung.cases] == [
             ("✓ passed", "", True),
             ("✗ failed", samples.SLOW, True),

@@ -24,6 +24,8 @@ def u(kernel):
 
 def test_cost_and_weight_are_even_influence_is_odd_and_a_zero_residual_is_free(kernel, u):
     assert (kernel.rho(0.0), kernel.psi(0.0), kernel.weight(0.0)) == (0.0, 0.0, 1.0)
+    tiny = kernel.scale * np.array([1e-5, 1e-7, 1e-9])
+    np.testing.assert_allclose(kernel.rho(tiny), tiny**2 / 2, rtol=1e-6)
     np.testing.assert_array_equal(kernel.rho(-u), kernel.rho(u))
     np.testing.assert_array_equal(kernel.weight(-u), kernel.weight(u))
     np.testing.assert_array_equal(kernel.psi(-u), -kernel.psi(u))
