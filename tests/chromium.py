@@ -181,11 +181,7 @@ def watch(visit: Visit) -> None:
     page.on("console", lambda said: complaints.extend([said.text] * (said.type in wrong)))
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("requestfailed", lambda request: complaints.extend(_failed(request)))
-    page.on("response", lambda got: complaints.extend(_refused(got)))
-
-
-def _refused(got: sync_api.Response) -> list[str]:
-    return [f"{got.status}: {got.url}"] if got.status >= 400 else []
+    page.on("response", lambda got: complaints.extend([got.url] * (got.status >= 400)))
 
 
 def _failed(request: sync_api.Request) -> list[str]:

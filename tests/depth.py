@@ -5,7 +5,6 @@ any list: its marks tell how deep it is, and ``quick`` leaves out a test at the 
 about to start a process or a server.
 """
 
-import gc
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -36,8 +35,6 @@ PACKAGES = (
     *(["solutions"] if (ROOT / "solutions").is_dir() else []),
 )
 
-gc.disable()
-
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("all", deadline=None, derandomize=True, suppress_health_check=_SLOW)
 settings.register_profile("test", settings.get_profile("all"))
@@ -56,8 +53,8 @@ class Depth:
 
     def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
         """Import no file of which no test is asked: there are more of them than of the others."""
-        is_one = self.name == "rest" and collection_path.match("test_*.py")
-        return (is_one and "mark.rest" not in collection_path.read_text("utf-8")) or None
+        is_asked = self.name != "rest" or not collection_path.match("test_*.py")
+        return None if is_asked or "mark.rest" in collection_path.read_text("utf-8") else True
 
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list) -> None:
         """Leave out what is marked; begin with long files, or with what a change touched."""
@@ -69,11 +66,6 @@ class Depth:
         else:
             # So that no process is left alone with a long file at the end.
             items.sort(key=lambda item: item.get_closest_marker("long") is None)
-
-    def pytest_collection_finish(self) -> None:
-        """Let the garbage collector pass over tests and modules, which stay until the end."""
-        gc.freeze()
-        gc.enable()
 
     def _is_left_out(self, item: pytest.Item) -> bool:
         if self.name == "quick" and BROWSER in getattr(item, "fixturenames", ()):

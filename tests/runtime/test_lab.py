@@ -52,7 +52,6 @@ print(time.process_time() > before)
 ASKED = "print(slider.value > 3, shown.state != first)"
 SIZE = {"width": 1400, "height": 1100}
 IDLE = ".jp-Notebook-ExecutionIndicator[data-status='idle']"
-BUSY = IDLE.replace("idle", "busy")
 
 
 def released() -> dict[str, Any]:
@@ -165,7 +164,7 @@ def done(browser, address, tmp_path_factory):
         endless = lab.add_at_the_end("while True:\n    pass")
         lab.cells.nth(endless).locator(".jp-InputPrompt").click()
         visit.page.keyboard.press("Control+Enter")
-        visit.page.locator(BUSY).wait_for(state="attached")
+        visit.page.locator(IDLE.replace("idle", "busy")).wait_for(state="attached")
         visit.page.locator("[data-command='notebook:interrupt-kernel']").first.click()
         visit.page.get_by_text("Stopped, and Python with it.").first.wait_for()
         visit.page.locator(IDLE).wait_for(state="attached")
@@ -216,9 +215,8 @@ def test_the_downloaded_file_is_graded_and_has_full_marks(done, tmp_path, capsys
 
 
 def test_the_downloaded_file_has_the_cells_of_the_release(done):
-    path: Path = done["file"]
-    assert path.name == f"{NAME}.ipynb"
-    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    assert done["file"].name == f"{NAME}.ipynb"
+    cells = json.loads(done["file"].read_text(encoding="utf-8"))["cells"]
     before = released()["cells"]
     assert len(cells) == len(before) + 1
     for mine, theirs in zip(cells, before, strict=False):
