@@ -1,7 +1,6 @@
 """The command line, ``autograder COMMAND``: what each command does stands in ``commands``."""
 
 import argparse
-import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -15,9 +14,6 @@ from robust_slam_autograder.markup import log_line
 # nbgrader imports jsonschema, which then makes forty parsers of addresses that nothing here uses:
 # more than a second. Without this package it goes on without them.
 sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]
-
-# Modules stay: to look through them again and again takes a tenth of a command's start.
-gc.set_threshold(10_000)
 
 DISTRIBUTION = "robust-slam-autograder"
 GRADING = (
