@@ -25,7 +25,7 @@ from typing import Any
 import yaml
 from docutils import nodes
 from docutils.parsers.rst import Directive
-from jupyter_cache import get_cache
+from jupyter_cache.cache.main import JupyterCacheBase
 from jupyter_cache.executors import load_executor
 from markdown_it.tree import SyntaxTreeNode
 from myst_nb.core import render
@@ -53,6 +53,13 @@ RENDER = SphinxNbRenderer._render_nb_cell_code_outputs
 """What MyST-NB does with the outputs of a cell."""
 
 
+class Cache(JupyterCacheBase):
+    """A cache without a limit: to keep it, a process could forget what another one adds."""
+
+    def truncate_caches(self) -> None:
+        """Forget nothing."""
+
+
 def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
     """Run the notebooks among the pages that are about to be read and are not in the cache."""
     config = env.mystnb_config
@@ -69,7 +76,7 @@ def run(paths: list[str], kept: str, timeout: float) -> None:
     """
     os.environ["PYTHONSTARTUP"] = str(Path(__file__).with_name("start_kernel.py"))
     os.environ[names.FOLDER] = str(Path(kept, names.BESIDE))
-    cache = get_cache(kept)
+    cache = Cache(kept)
     # From the last one on: the appendices take longest, and no core waits for one in the end.
     for path in sorted(paths, reverse=True):
         cache.add_nb_to_project(path)

@@ -19,10 +19,16 @@
 
   const nothing = (words) => `No page has “${words}”. Try fewer or other words.`;
 
+  /** A word as the pages spell it. */
+  function spelled(word) {
+    return word.replace(/(\w{3}i)z(e[drs]?|ers|ing|ations?)$/, "$1s$2").replace(/(neighb|col)or/, "$1our")
+      .replace(/(cent|met)er/, "$1re").replace(/(model|label)(ed|ing)$/, "$1l$2");
+  }
+
   /** The words of a query that tell pages apart; all of them where none does. */
   function telling(query) {
-    const words = query.toLowerCase().split(/\s+/);
-    return words.filter((word) => word.length > 1 && !IDLE.has(word)).join(" ") || query;
+    const words = query.toLowerCase().split(/\s+/).map(spelled);
+    return words.filter((word) => word.length > 1 && !IDLE.has(word)).join(" ") || words.join(" ");
   }
 
   /** Whether a word begins as one of the query does: Pagefind also offers what shares one letter. */

@@ -117,9 +117,7 @@ def test_the_still_picture_and_the_answer_say_what_the_live_one_says(name, tmp_p
 
 @pytest.mark.browser
 @pytest.mark.rest
-@pytest.mark.parametrize(
-    ("name", "places"), [("showcase", 52), ("starts", 52), ("majoriser", 84), ("proofs", 13)]
-)
+@pytest.mark.parametrize(("name", "places"), [("showcase", 52), ("starts", 52), ("proofs", 13)])
 def test_a_reader_paints_by_hand_what_show_it_shows(name, places, tmp_path, open_page):
     """Each place is tried once, from the first to the last."""
     shown, picture = opened(name, tmp_path, open_page)

@@ -88,6 +88,8 @@ class Source:
         asks = mark.ask or kind in ("picture", "question")
         waits = f' class="fragment" data-fragment-index="{max(keys - 1, 0)}"' if asks else ""
         head = f"<h{2 - first}{waits}>{escape(mark.title)}</h{2 - first}>"
+        if first:
+            head += f'<p class="chapter">{escape(self.title)}</p>'
         self.claims.append(mark.title)
         if mark.setup:
             head += f'<p class="setup">{escape(mark.setup)}</p>'

@@ -126,6 +126,8 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
     const bar = `M${column} ${middle}h${(30 * weight).toFixed(2)}`;
     scene.path("lines", `bar-${k}`, "rs-edge is-inlier", bar, weight > 0.0005 ? 9 : 0);
     scene.text("marks", `weight-${k}`, column + 41, middle + 5, weight.toFixed(3), "rs-tick");
+    const away = at < maps.toX(x) ? ["end", -14] : ["start", 14];
+    scene.text("marks", `value-${k}`, at + away[1], middle + 5, numberText(reading), "rs-tick rs-halo", away[0]);
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
       x: at, y: middle, look: result.weights[k] > 0.5 ? "rs-right" : "rs-wrong",

@@ -123,9 +123,9 @@ function residualGroups({ norms, steps, closures }) {
   const others = steps + closures;
   const bars = (from, to) => Array.from(norms.subarray(from, to), (value, k) => (
     { value, style: heatStyle(value), part: from < others ? `edge-${from + k}` : "wrong" }));
-  const groups = [{ name: "odometry", share: 6, bars: bars(0, steps) }];
-  if (closures) groups.push({ name: "correct", share: 2, bars: bars(steps, others) });
-  return [...groups, { name: "wrong", share: 1.5, bars: bars(others, norms.length) }];
+  const groups = [{ name: "odometry", share: 5, bars: bars(0, steps) }];
+  if (closures) groups.push({ name: "correct", share: 2.3, bars: bars(steps, others) });
+  return [...groups, { name: "wrong", share: 2, bars: bars(others, norms.length) }];
 }
 
 function cyclesCaption({ result }) {

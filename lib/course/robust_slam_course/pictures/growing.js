@@ -87,7 +87,7 @@ function ellipseOf(pose, covariance, poses, truth) {
 function drawGrowing(scene, view) {
   const { state, result, shown, data, width, height } = view;
   const [left, right] = sideBySide({ x: 0, y: 0, width, height }, [1.35, 1]);
-  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, MAP_LEGEND);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [...MAP_LEGEND, ["is-rejected", "rejected"]]);
   const box = { ...left, y: top + 4, height: height - top - 4 };
   const count = 3 * (data.last + 1);
   const until = 3 * (state.pose + 1);

@@ -146,8 +146,7 @@ function drawDial(scene, { state, data, change }, { x, y, width, height }, k) {
   if (lost >= 0) {
     scene.path("dials", `lost-${k}`, "is-outlier", `M${toX(lost)} ${line - 9}v18`, 3);
     const lamp = lit < 0 ? "no lamp" : "lamp lit";
-    const words = `lost from ${numberText(values[lost])}, ${lamp}`;
-    scene.text("words", `found-${k}`, right + 12, line - 17, words, "rs-tick", "end");
+    scene.text("words", `found-${k}`, right + 12, line - 17, `lost, ${lamp}`, "rs-tick", "end");
   }
   const turn = (value) => change({ dial: k, value: Math.min(last, Math.max(0, Math.round(value))) });
   putHandle(scene, `dial-${k}`, {

@@ -113,7 +113,7 @@ function putWeights(scene, box, weights) {
   ], { domain: [0, 1], ticks: [0, 0.5, 1], label: "weight", linear: true });
 }
 
-const RIBBON_HEIGHT = 52; // pixels
+const RIBBON_HEIGHT = 66; // pixels
 
 /** What was tried along the drive, and faint what was tried from the other start; the circle is the other end. */
 function putTried(scene, { x, y, width }, view) {
@@ -125,6 +125,9 @@ function putTried(scene, { x, y, width }, view) {
   putRibbon(scene, "strip", "tried", { x, y: y + 24, width, height: 16 }, free(ribbon));
   if (other !== method && tried[other]) {
     putRibbon(scene, "strip", "other", { x, y: y + 43, width, height: 8 }, free(tried[other]), true);
+  }
+  for (let pose = 0; pose < ribbon.length; pose += 10) {
+    scene.text("words", `pose-${pose}`, x + (pose + 0.5) * each, y + 64, `${pose}`, "rs-tick", pose ? "middle" : "start");
   }
   putOtherEnd(scene, "end-tried", x + (end + 0.5) * each, y + 32);
   putPlace(scene, "strip", "Wrong closures, place along the drive", [x + (place + 0.5) * each, y + 14], view,

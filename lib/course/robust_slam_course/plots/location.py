@@ -134,3 +134,5 @@ def _draw_parabola(ax: Axes, z: Array, sigma: float, kernel: Kernel, x: Array, a
     if weights.sum() > 0.0:
         lowest = float((weights[:, 0] * z).sum() / weights.sum())
         ax.plot([lowest], parabola(lowest), "D", color=PALETTE["estimate"], label="next estimate")
+        cost = kernel.rho(_residuals(z, sigma, lowest)).sum()
+        ax.plot([lowest], [cost], ".", color=PALETTE["estimate"], label="its cost")

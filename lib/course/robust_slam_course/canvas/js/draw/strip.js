@@ -38,14 +38,13 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
     scene.path(layer, `${key}-y-${value}`, "rs-grid", `M${inner.x} ${y}h${inner.width}`);
     scene.text(layer, `${key}-yt-${value}`, inner.x - 6, y + 5, numberText(value), "rs-tick", "end");
   }
-  const title = inner.y - TOP + 15;
-  scene.text(layer, `${key}-yl`, inner.x - LEFT + 2, title, label);
+  scene.text(layer, `${key}-yl`, inner.x - LEFT + 2, inner.y - TOP + 15, label);
   if (!line) return;
   const y = toY(line.value);
   scene.put(layer, `${key}-line`, "path", {
     class: "is-muted", d: `M${inner.x} ${y}h${inner.width}`, "stroke-dasharray": "5 4",
   });
-  scene.text(layer, `${key}-line-text`, inner.x + inner.width, title, line.text, "rs-tick", "end");
+  scene.text(layer, `${key}-line-text`, inner.x + inner.width, y - 6, line.text, "rs-tick rs-halo", "end");
 }
 
 function putGroup(scene, layer, key, inner, toY, { name, bars }, { linear }) {
