@@ -23,6 +23,8 @@ AWAY = (
 """What paper has no use for: folded code is one click away on the site."""
 SHARED = 3
 """A title that so many chapters have, as *Quiz*, is not in the contents."""
+ALONE = ("cheat-sheet",)
+"""Pages on paper of their own, as chapters are: others follow one another."""
 LONG = 19
 """Lines of code that stay on one page."""
 HASH = re.compile(r"(url\(['\"]?#|^#)([^)'\"]+)")
@@ -83,15 +85,23 @@ class Book:
             numbers: the number of the page on which the element with an id begins, by the id; one
                 that is missing is written with three digits, which take as much room.
         """
-        pages, rules = [], []
-        for k, (page, article) in enumerate(self.articles.items()):
+        pages, heads = [], list[str]()
+        captions = {page: caption for caption, files in self.parts for page in files}
+        for page, article in self.articles.items():
             for place in article.select("span.rs-at"):
                 place.string = f" (p. {numbers.get(str(place['data-to']), 999)})"
-            name = f'class="page {Path(page).name}" style="page: page{k}"'
-            pages.append(f"<section {name}>{article}</section>")
-            head = article.h1.get_text() if article.h1 else ""
-            head = " ".join(head.split()).replace("\\", "").replace('"', "'")
-            rules.append(f'@page page{k} {{ @top-left {{ content: "{head}" }} }}')
+            name, head = Path(page).name, article.h1.get_text() if article.h1 else ""
+            # Paper begins anew where its head changes, which only these ask for.
+            if not (name[0].isdigit() or name in ALONE):
+                head = captions[page] or head
+            if heads[-1:] != [head]:
+                heads.append(head)
+            named = f'class="page {name}" style="page: page{len(heads)}"'
+            pages.append(f"<section {named}>{article}</section>")
+        rules = [
+            f'@page page{k} {{ @top-left {{ content: "{" ".join(head.split())}" }} }}'
+            for k, head in enumerate(heads, 1)
+        ]
         return DOCUMENT.format(
             title=escape(self.about["title"]),
             author=escape(self.about["author"]),
