@@ -88,17 +88,16 @@ class Source:
         asks = mark.ask or kind in ("picture", "question")
         waits = f' class="fragment" data-fragment-index="{max(keys - 1, 0)}"' if asks else ""
         head = f"<h{2 - first}{waits}>{escape(mark.title)}</h{2 - first}>"
-        if first:
-            head += f'<p class="chapter">{escape(self.title)}</p>'
         self.claims.append(mark.title)
         if mark.setup:
             head += f'<p class="setup">{escape(mark.setup)}</p>'
         if mark.ask and kind != "picture":
             head += f'<p class="ask">{escape(mark.ask)}</p>'
+        opens = f' data-chapter="{escape(self.title)}"' if first else ""
         minutes = _minutes(mark, kind, keys + len(mark.claims))
         self.minutes += minutes
         return (
-            f'<section class="is-{kind}" data-timing="{60 * minutes:.0f}">{head}'
+            f'<section class="is-{kind}" data-timing="{60 * minutes:.0f}"{opens}>{head}'
             f'<div class="show" data-prevent-swipe><div>{shown}</div></div>'
             f'<aside class="notes"><p>{escape(mark.notes)}</p></aside></section>'
         )
