@@ -54,7 +54,7 @@ class TestOverTheNetwork:
 
     @pytest.mark.parametrize(
         ("query", "title"),
-        [("graduated non-convexity", "5 · GNC"), ("how do I tell that it is optimal", "7 · Cert")],
+        [("graduated non-convexity", "5 · GNC"), ("how is the minimizer certified", "7 · Cert")],
     )
     def test_what_explains_is_before_what_lists(self, query, title, address, open_page):
         found = open_page(f"{address}/search.html?q={query}")
