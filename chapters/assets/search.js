@@ -134,5 +134,7 @@
   if (dialog && !isFile) {
     showWhileTyping(dialog);
     walk(dialog);
+    // The theme's own listens to its field alone.
+    dialog.addEventListener("keydown", ({ key }) => key === "Escape" && dialog.close());
   }
 })();

@@ -140,5 +140,5 @@ function player(spec, change, calm) {
     if (!timer) say();
   };
   const label = htmlElement("label", {}, htmlElement("span", {}, spec.label), input, value);
-  return { element: htmlElement("span", { class: "rs-player" }, label, play), show, name: spec.name, play: runAll };
+  return { element: htmlElement("span", { class: "rs-player" }, label, play), show, name: spec.name, play: runAll, stop };
 }

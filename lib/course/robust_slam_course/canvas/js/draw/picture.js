@@ -115,6 +115,7 @@ export function livePicture({ model, el }, spec) {
   };
   parts.reset.addEventListener("click", () => {
     el.querySelector(".rs-predict").reset();
+    for (const { stop } of parts.controls) stop?.();
     choose(first);
   });
   offerToShow(el, shows);
