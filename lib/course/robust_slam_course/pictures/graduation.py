@@ -40,8 +40,8 @@ def graduation() -> Picture:
             right="the start",
         ),
         tries=["Up to which noise does graduation save more maps than the start?"],
-        caption=f"Ten towns with {_NOISES[0]:g} rad of noise a step at first, and the good maps"
-        " of 40 from each start and by each way.",
+        caption=f"Ten towns with {_NOISES[0]:g} rad of noise a step, and the good maps of 40"
+        " by start and method.",
         state={"noise": 0, "tried": 0},
         answer={"noise": _ASKED, "tried": _ASKED},
         data=data,

@@ -114,8 +114,7 @@ function player(spec, change, calm) {
   };
   const forward = () => {
     if (!input.isConnected || Number(input.value) >= Number(input.max)) return stop();
-    change({ [spec.name]: Number(input.value) + 1 });
-    return undefined;
+    return change({ [spec.name]: Number(input.value) + 1 });
   };
   input.addEventListener("input", () => { stop(); change({ [spec.name]: Number(input.value) }); });
   play.addEventListener("click", () => {
