@@ -94,12 +94,13 @@ class Book:
             # Paper begins anew where its head changes, which only these ask for.
             if not (name[0].isdigit() or name in ALONE):
                 head = captions[page] or head
+            head = " ".join(head.split()).replace("\\", "").replace('"', "'")
             if heads[-1:] != [head]:
                 heads.append(head)
             named = f'class="page {name}" style="page: page{len(heads)}"'
             pages.append(f"<section {named}>{article}</section>")
         rules = [
-            f'@page page{k} {{ @top-left {{ content: "{" ".join(head.split())}" }} }}'
+            f'@page page{k} {{ @top-left {{ content: "{head}" }} }}'
             for k, head in enumerate(heads, 1)
         ]
         return DOCUMENT.format(
