@@ -83,15 +83,13 @@ function fit(show) {
   const section = show.closest("section");
   const kind = [...section.classList].find((name) => name.startsWith("is-"));
   const scaleAt = (width) => {
-    Object.assign(shown.style, { width: width && `${width}px`, zoom: "" });
+    shown.style.width = width && `${width}px`;
     return Math.min(
       show.clientWidth / shown.offsetWidth, show.clientHeight / shown.offsetHeight, LARGEST[kind] ?? 1.7,
     );
   };
   const best = (WIDTHS[kind] ?? [""]).reduce((one, other) => (scaleAt(other) > scaleAt(one) ? other : one));
-  // Chromium cuts a brace off that a transform enlarges.
-  if (kind === "is-formula") shown.style.zoom = scaleAt(best);
-  else shown.style.transform = `scale(${scaleAt(best)})`;
+  shown.style.transform = `scale(${scaleAt(best)})`;
 }
 
 // A picture is drawn when its slide comes, and only then has its size.
