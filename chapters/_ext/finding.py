@@ -37,6 +37,12 @@ SECTION = re.compile(
 """Pagefind takes the addresses of sections from the headings, Sphinx writes them before these."""
 WEIGHT = 0.1
 """Of a page that is no chapter, where a chapter's text has 1 and its headings have up to 7."""
+HEADING = 7
+DEFINES = "<h1>Symbols<"
+DEFINED = re.compile(r"<tr\b[^>]*>\s*<td|<td(?=[^>]*><p><code)")
+"""The word or the symbol of a row, and its name in code."""
+IMAGE = re.compile(r"<img\b[^>]*>")
+"""Pagefind keeps a page's first one and ranks its words as a title's."""
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
 ALONE = re.compile(
     r'(?P<line><div class="math">)<math.*?</math>'
@@ -141,15 +147,21 @@ def index(app: Sphinx, exception: Exception | None) -> None:
 
 
 def weighed(name: str, page: str) -> str:
-    """Return a page that counts less than the chapters, which explain what others use or list."""
+    """Return a page that counts less than the chapters, which explain what others use or list.
+
+    Only what a table of words or symbols defines counts as much as a chapter's heading.
+    """
     if CHAPTER.match(PurePosixPath(name).name):
         return page
+    if DEFINES in page:
+        page = DEFINED.sub(rf'\g<0> data-pagefind-weight="{HEADING}"', page)
     return re.sub(r"<(article|h\d)\b", rf'<\1 data-pagefind-weight="{WEIGHT}"', page)
 
 
 def for_the_index(page: str) -> str:
     """Return a page whose headings have their sections' addresses and whose formulas are text."""
-    page = ALONE.sub(r"\g<line>\g<cell>", SECTION.sub(r"<section><\g<level> \g<id>>", page))
+    page = SECTION.sub(r"<section><\g<level> \g<id>>", IMAGE.sub("", page))
+    page = ALONE.sub(r"\g<line>\g<cell>", page)
     return FORMULA.sub(lambda match: escape(in_a_line(ElementTree.fromstring(match[0]))), page)
 
 

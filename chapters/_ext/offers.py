@@ -63,7 +63,8 @@ def link(app: Sphinx, doctree: nodes.document, page: str) -> None:
         if kind == ".zip" and name in app.config.course_assignments:
             opened = f"{LAB}/lab/index.html?path={name}.ipynb"
             words = leading_to(opened, nodes.Text("open in the browser"))
-            made += [nodes.Text(" ("), words, nodes.Text(")")]
+            around = (nodes.Text(" ("), words, nodes.Text(")"))
+            made.append(nodes.inline("", "", *around, classes=["rs-screen"]))
         literal.replace_self(made)
 
 

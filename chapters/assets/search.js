@@ -11,18 +11,24 @@
   const SECTIONS = 3;
   const PAUSE = 150; // milliseconds without a key
   // What a question is made of, and each page has.
-  const IDLE = new Set("an and are be can do does for how if in is it me my of on or tell that the to what when which why with".split(" "));
+  const IDLE = new Set("an and are be can do does for function get getting how if in is it me my of on or should tell that the to what when where which why with".split(" "));
+  // What other books call it, or who has not begun asks for.
+  const HERE = {
+    loss: "cost", losses: "costs", normalised: "whitened", begin: "install", started: "install",
+  };
 
   const here = document.currentScript.src;
   const isFile = location.protocol === "file:";
   const query = new URLSearchParams(location.search).get("q")?.trim() ?? "";
 
+  const counted = ({ length }) => `${length} ${length === 1 ? "page" : "pages"}`;
   const nothing = (words) => `No page has “${words}”. Try fewer or other words.`;
 
   /** A word as the pages spell it. */
   function spelled(word) {
-    return word.replace(/(\w{3}i)z(e[drs]?|ers|ing|ations?)$/, "$1s$2").replace(/(neighb|col)or/, "$1our")
-      .replace(/(cent|met)er/, "$1re").replace(/(model|label)(ed|ing)$/, "$1l$2");
+    const british = word.replace(/^\\/, "").replace(/(\w{3}i)z(e[drs]?|ers|ing|ations?)$/, "$1s$2")
+      .replace(/(neighb|col)or/, "$1our").replace(/(cent|met)er/, "$1re").replace(/(model|label)(ed|ing)$/, "$1l$2");
+    return HERE[british] ?? british;
   }
 
   /** The words of a query that tell pages apart; all of them where none does. */
@@ -45,8 +51,12 @@
     return [element("a", { href: url }, title), text];
   }
 
+  /** How much a section has of what was asked; its heading counts most. */
+  const score = ({ weighted_locations: places }) => places.reduce((sum, place) => sum + place.balanced_score, 0);
+
   function pageFound({ url, meta, excerpt, sub_results: sections }) {
-    const own = sections.filter((section) => section.url.includes("#")).slice(0, SECTIONS);
+    const own = sections.filter((section) => section.url.includes("#") && section.title !== meta.title)
+      .sort((one, other) => score(other) - score(one)).slice(0, SECTIONS);
     const item = element("li", {}, ...found({ title: meta.title, url, excerpt }));
     if (own.length) {
       item.lastChild.remove();
@@ -58,7 +68,7 @@
   // A worker that does not answer would leave the reader waiting, and so few pages need none.
   let loading;
   const load = () => loading ??= import(new URL("../pagefind/pagefind.js", here))
-    .then(({ createInstance }) => createInstance({ noWorker: true }));
+    .then(({ createInstance }) => createInstance({ noWorker: true, ranking: { pageLength: 0.3 } }));
 
   /** Let the arrows lead from the query to the results and on. */
   function walk(around) {
@@ -76,8 +86,7 @@
     const more = element("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
     place.replaceChildren(status, list, more);
     const { results } = await (await load()).search(telling(query));
-    const count = `${results.length} ${results.length === 1 ? "page has" : "pages have"}`;
-    status.textContent = results.length ? `${count} “${query}”.` : nothing(query);
+    status.textContent = results.length ? `${counted(results)} for “${query}”.` : nothing(query);
     async function show() {
       const next = results.splice(0, AT_ONCE);
       const pages = await Promise.all(next.map((result) => result.data()));
@@ -109,7 +118,7 @@
       const pages = await Promise.all(search.results.slice(0, AT_ONCE).map((result) => result.data()));
       if (words !== last) return;
       const own = pages.filter((page) => hasWord(words, page));
-      status.textContent = words && !own.length ? nothing(words) : "";
+      status.textContent = own.length ? `${counted(search.results)}, the first ${own.length} here; ↓ and ↑ lead through them.` : words && nothing(words);
       list.replaceChildren(...own.map(pageFound));
     });
     // A result on this very page leads out of the dialog, too.

@@ -4,7 +4,15 @@ const showCode = () => {
 };
 addEventListener("hashchange", showCode);
 showCode();
+// What has copied keeps the focus, which the selection that it copied from has taken.
+addEventListener("click", ({ target }) => {
+  const button = target.closest(".copybtn");
+  setTimeout(() => button?.focus());
+});
 addEventListener("load", () => {
+  // Letters of an icon font are not read out.
+  for (const icon of document.querySelectorAll("i[class*=fa-]")) icon.ariaHidden = "true";
+
   // The theme scrolls the list of pages so far that its head is gone, when the page is parsed. The
   // page that is read shall be seen, and no more.
   document.querySelector(".bd-links .current > a")?.scrollIntoView({ block: "nearest" });

@@ -17,7 +17,7 @@ BREAKS = "node => getComputedStyle(node).breakInside"
 HIDDEN = """() => [...document.querySelectorAll("article p:not(.rs-length)")]
   .filter((paragraph) => paragraph.checkVisibility())
   .flatMap((paragraph) => [...paragraph.querySelectorAll(
-    ":not(svg *, math *, .rs-predict *, .headerlink)")])
+    ":not(svg *, math *, .rs-predict *, .headerlink, .rs-screen, .rs-screen *)")])
   .filter((part) => part.textContent.trim() && !part.checkVisibility())
   .map((part) => part.textContent)"""
 """Words that are missing in paragraphs which are seen."""
@@ -57,6 +57,7 @@ class TestCopying:
         page.keyboard.press("Enter")
         expect(button).to_have_attribute("data-tooltip", "Copied!")
         assert page.evaluate("navigator.clipboard.readText()").strip() == code.strip()
+        expect(button).to_be_focused()
 
 
 def test_nothing_moves_for_a_reader_who_asks_for_that(chapter):
