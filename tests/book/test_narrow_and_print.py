@@ -124,6 +124,7 @@ def test_a_chapter_on_paper_has_margins_and_numbers(chapter):
 
 
 def test_answers_are_printed_at_the_end_and_put_back(chapter):
+    chapter.locator(".rs-picture[data-live]").first.wait_for()
     before = chapter.locator("article section").all_text_contents()
     chapter.emulate_media(media="screen")
     chapter.evaluate("dispatchEvent(new Event('beforeprint'))")
