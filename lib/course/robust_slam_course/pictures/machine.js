@@ -172,6 +172,7 @@ function machineCaption({ state, result: { off, certified, through, fates }, dat
   const harm = off > LOST_AT ? `bend${many} the map by ${how}` : `leave${many} the map ${how} off`;
   const lamp = certified ? "no lamp lights" : "the certificate’s lamp lights";
   const misled = through[1] ? `, and ${through[1]} outliers get through` : "";
-  const gone = fallen ? ` ${fallen} inliers fall out${misled}.` : "";
+  const which = fallen < data.inliers ? `${fallen} of the` : "All";
+  const gone = fallen ? ` ${which} ${data.inliers} inliers fall${fallen === 1 ? "s" : ""} out${misled}.` : "";
   return `${cause} ${harm}, and ${lamp}.${gone}`;
 }

@@ -34,7 +34,7 @@ def machine() -> Picture:
         question=ask(
             "A bias of the gyroscope bends the map. Which lamp lights?",
             {
-                "PCM": f"It drops {biased['fates'][:12].count('p')} of the 12 inliers, and says"
+                "PCM": f"PCM drops {biased['fates'][:12].count('p')} of the 12 inliers, and says"
                 " nothing.",
                 "GNC": "It drops the inliers that PCM has left, and returns a map that is"
                 f" {biased['off']:.2f} m off.",
