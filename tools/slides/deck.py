@@ -68,6 +68,7 @@ class Source:
         self.cells = article.select("div.cell:not(.rs-merged)")
         self.title = article.select("h1")[0].get_text()
         self.claims = list[str]()
+        self.asked = list[str]()
         self.pictures = 0
         self.minutes = 0.0
 
@@ -89,6 +90,7 @@ class Source:
         waits = f' class="fragment" data-fragment-index="{max(keys - 1, 0)}"' if asks else ""
         head = f"<h{2 - first}{waits}>{escape(mark.title)}</h{2 - first}>"
         self.claims.append(mark.title)
+        self.asked.append(mark.ask or _question(shown))
         if mark.setup:
             head += f'<p class="setup">{escape(mark.setup)}</p>'
         if mark.ask and kind != "picture":
@@ -99,16 +101,16 @@ class Source:
         return (
             f'<section class="is-{kind}" data-timing="{60 * minutes:.0f}"{opens}>{head}'
             f'<div class="show" data-prevent-swipe><div>{shown}</div></div>'
-            f'<aside class="notes"><p>{escape(mark.notes)}</p></aside></section>'
+            f'<aside class="notes"><p>{escape(mark.notes)} ({minutes:.0f} min)</p></aside></section>'
         )
 
     def _claim(self, words: str, mark: Mark) -> str:
-        """Return the way to a slide before, and its claim, which a key brings."""
+        """Return a question of a slide before, which leads there, and its claim, for a key."""
         found = [number for number, claim in enumerate(self.claims) if words in claim]
         if len(found) != 1:
             raise BadMark(f"{mark.place}: {len(found)} slides before it claim {words!r}")
         claim = f'<span class="fragment">{escape(self.claims[found[0]])}</span>'
-        return f'<p><a href="#/{found[0]}">Slide {found[0] + 1}</a>: {claim}</p>'
+        return f'<p><a href="#/{found[0]}">{escape(self.asked[found[0]])}</a><br>{claim}</p>'
 
     def _of_text(self, mark: Mark) -> tuple[str, str]:
         """Return the kind of a block of the text, and its HTML."""
@@ -209,6 +211,12 @@ def _minutes(mark: Mark, kind: str, keys: int) -> float:
     asks = "ask" if mark.ask else "vote" if kind in ("picture", "question") else "look"
     words = " ".join((mark.title, mark.setup, mark.ask, mark.notes)).split()
     return len(words) / WORDS + PAUSES[asks] + PAUSES["key"] * keys + mark.work
+
+
+def _question(shown: str) -> str:
+    """Return what a live picture or a quiz asks."""
+    asked = BeautifulSoup(shown, "html.parser").select_one("legend")
+    return asked.get_text().removeprefix("Predict: ") if asked else ""
 
 
 def _plain(text: str) -> str:
