@@ -29,6 +29,8 @@ ROOM = re.compile(r"\\\\\s*\[[^]]*\]")
 """A new line with more room above it, which math-core would print."""
 LARGE_BASE = re.compile(r"(<msu(?:b|p|bsup)>)(<mo minsize[^>]*>[^<]*</mo>)")
 """A large bracket with a power or an index."""
+PRIME = re.compile(r"<msup>(<mi>[^<]*</mi>)(<mo>[′″]</mo>)</msup>")
+"""A derivative; the sign is high by itself, and as a power it would be small and higher still."""
 BESIDE = re.compile(
     r'([(“‘]*)(<span class="math"[^>]*><math.*?</math></span>)([.,;:!?)”’]*)', re.S
 )
@@ -54,7 +56,7 @@ def mathml(tex: str, display: bool) -> str:
     drawn = drawn.replace('<munder accentunder="true">', "<munder>")
     # Chromium gives a bracket its size in a row, and not as the base of a power.
     drawn = LARGE_BASE.sub(r"\1<mrow>\2</mrow>", drawn)
-    return drawn.replace("&ApplyFunction;", "\u2061")
+    return PRIME.sub(r"<mrow>\1\2</mrow>", drawn).replace("&ApplyFunction;", "\u2061")
 
 
 def shown(tex: str, display: bool, where: object) -> str:

@@ -91,16 +91,19 @@
   }
 
   function mark() {
-    const {quizzes, assignments} = read();
-    for (const {link, name} of chapters) tick(link, quizzes[name]?.done, "quiz done");
+    const {quizzes, assignments, read: pages} = read();
+    for (const {link, name} of chapters) {
+      if (quizzes[name]?.done) tick(link, true, "quiz done");
+      else tick(link, pages[name], "read", "·");
+    }
     for (const {link, name, done} of links) tick(link, assignments[name]?.[done], done);
     if (place) showAll();
   }
 
-  function tick(link, isDone, words) {
+  function tick(link, isDone, words, sign = "✓") {
     link.querySelector(".rs-done")?.remove();
     if (!isDone) return;
-    const sign = element("span", {role: "img", ariaLabel: words, title: words}, "✓");
+    sign = element("span", {role: "img", ariaLabel: words, title: words}, sign);
     link.append(element("span", {className: "rs-done"}, "\u00a0", sign));
   }
 

@@ -14,7 +14,8 @@
   const IDLE = new Set("an and are be can do does for function get getting how if in is it me my of on or should tell that the to what when where which why with".split(" "));
   // What other books call it, or who has not begun asks for.
   const HERE = {
-    loss: "cost", losses: "costs", normalised: "whitened", begin: "install", started: "install",
+    loss: "cost", losses: "costs", normalised: "whitened", begin: "install", started: "install", license: "licence",
+    α: "alpha", γ: "gamma", κ: "kappa", λ: "lambda", μ: "mu", ρ: "rho", σ: "sigma", χ: "chi", ψ: "psi",
   };
 
   const here = document.currentScript.src;
@@ -34,13 +35,14 @@
   /** The words of a query that tell pages apart; all of them where none does. */
   function telling(query) {
     const words = query.toLowerCase().split(/\s+/).map(spelled);
-    return words.filter((word) => word.length > 1 && !IDLE.has(word)).join(" ") || words.join(" ");
+    const found = words.filter((word) => word.length > 1 && !IDLE.has(word)).join(" ") || words.join(" ");
+    return found.length < 3 ? `"${found}"` : found; // else it is taken as the beginning of others
   }
 
   /** Whether a word begins as one of the query does: Pagefind also offers what shares one letter. */
   function hasWord(query, { excerpt }) {
     const marked = [...excerpt.matchAll(/<mark>([^<]*)<\/mark>/g)].map(([, word]) => word.toLowerCase());
-    const begins = telling(query).toLowerCase().split(/\s+/).map((word) => word.slice(0, 3));
+    const begins = telling(query).replaceAll('"', "").split(/\s+/).map((word) => word.slice(0, 3));
     return marked.some((word) => begins.some((begin) => word.includes(begin)));
   }
 
@@ -68,7 +70,7 @@
   // A worker that does not answer would leave the reader waiting, and so few pages need none.
   let loading;
   const load = () => loading ??= import(new URL("../pagefind/pagefind.js", here))
-    .then(({ createInstance }) => createInstance({ noWorker: true, ranking: { pageLength: 0.3 } }));
+    .then(({ createInstance }) => createInstance({ noWorker: true }));
 
   /** Let the arrows lead from the query to the results and on. */
   function walk(around) {
@@ -118,7 +120,7 @@
       const pages = await Promise.all(search.results.slice(0, AT_ONCE).map((result) => result.data()));
       if (words !== last) return;
       const own = pages.filter((page) => hasWord(words, page));
-      status.textContent = own.length ? `${counted(search.results)}, the first ${own.length} here; ↓ and ↑ lead through them.` : words && nothing(words);
+      status.textContent = own.length ? `${counted(search.results)}; Enter shows all, ↓ the next.` : words && nothing(words);
       list.replaceChildren(...own.map(pageFound));
     });
     // A result on this very page leads out of the dialog, too.

@@ -4,12 +4,25 @@ const showCode = () => {
 };
 addEventListener("hashchange", showCode);
 showCode();
+// Arrow keys look at the answers of a quiz, and the space bar gives one.
+addEventListener("keydown", (event) => {
+  const step = { ArrowDown: 1, ArrowRight: 1, ArrowUp: -1, ArrowLeft: -1 }[event.key];
+  if (!step || !event.target.matches(".rs-quiz input")) return;
+  event.preventDefault();
+  const all = [...event.target.form.elements].filter((each) => each.type === "radio");
+  all.at((all.indexOf(event.target) + step) % all.length).focus();
+});
 // What has copied keeps the focus, which the selection that it copied from has taken.
 addEventListener("click", ({ target }) => {
+  if (target.closest("#pst-secondary-sidebar-modal a")) target.closest("dialog").close();
   const button = target.closest(".copybtn");
   setTimeout(() => button?.focus());
 });
 addEventListener("load", () => {
+  // The Tab key goes on from the place to which a link led.
+  const target = document.querySelector(":target");
+  if (target) Object.assign(target, { tabIndex: -1 }).focus({ preventScroll: true });
+
   // Letters of an icon font are not read out.
   for (const icon of document.querySelectorAll("i[class*=fa-]")) icon.ariaHidden = "true";
 

@@ -38,15 +38,7 @@
     bar.append(notes[id] ?? "", button);
   });
 
-  // Bytes that no one asked for come only where they are known to be quick and to cost nothing.
-  const { effectiveType, saveData, type } = navigator.connection ?? {};
-  if (effectiveType !== "4g" || saveData || type === "cellular") return;
-  const watch = new IntersectionObserver((seen) => {
-    if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
-    watch.disconnect();
-    import(new URL("near.js", src).href);
-  }, { rootMargin: "50%" });
-  const buttons = document.querySelectorAll(".rs-run button");
-  // Nor for a reader who leaves at once, where a cell is near the head of the page.
-  addEventListener("scroll", () => buttons.forEach((button) => watch.observe(button)), { once: true });
+  // Bytes come a moment before they are asked for, when a button has the pointer or the focus.
+  const near = ({ target }) => target.closest(".rs-run") && import(new URL("near.js", src).href);
+  for (const sign of ["pointerover", "focusin"]) addEventListener(sign, near);
 })();

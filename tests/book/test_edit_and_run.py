@@ -29,8 +29,7 @@ ONE_OF_A_KIND = {
 """A chapter and an appendix, with and without cells that cannot run in the page."""
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 BEFORE = {"run.js", "run.css"}
-"""What a page may load before the click, or before the reader comes near a cell."""
-CONNECTION = "Object.defineProperty(navigator, 'connection', {{value: {0}}})"
+"""What a page may load before the click, or before a button has the pointer."""
 NEAR = """<!doctype html><div style="height: 5000px"></div>
 <div class="cell" id="code-one"><div class="cell_input"></div></div>
 <script defer src="python/run.js" data-cannot="{}" data-notes="{}"></script>"""
@@ -160,7 +159,6 @@ def visit(request, server, tmp_path_factory):
     )
     with PATIENCE.applied(running):
         page = running.pages[0]
-        page.add_init_script(CONNECTION.format("undefined"))
         page.goto(address)
         yield page
     running.close()
@@ -229,39 +227,25 @@ def test_a_reader_runs_code_of_their_own(visit, server):
     assert not visit.evaluate(ASKS)
 
 
-@pytest.mark.parametrize(
-    ("connection", "is_fetched"),
-    [
-        ("{effectiveType: '4g', saveData: false}", True),
-        ("{effectiveType: '4g', saveData: true}", False),
-        ("{effectiveType: '4g', type: 'cellular'}", False),
-        ("{effectiveType: '3g'}", False),
-        ("undefined", False),
-    ],
-)
 @pytest.mark.rest
-def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
-    connection, is_fetched, server, browser
-):
+def test_files_come_when_a_button_has_the_pointer_and_not_before(server, browser):
     address, asked = server
     with page_in(browser) as page:
-        page.add_init_script(CONNECTION.format(connection))
         near = {"body": NEAR, "content_type": "text/html"}
         page.route("**/near.html", lambda route: route.fulfill(**near))
         page.goto(f"{address}/near.html")
         asked.clear()
-        page.locator(".rs-run button").scroll_into_view_if_needed()
-        if is_fetched:
-            page.wait_for_function(
-                "performance.getEntriesByType('resource')"
-                ".some(({name}) => /worker.js$/.test(name))"
-            )
-            found = " ".join(of_python(asked))
-            assert "pyodide.asm.wasm" in found and "robust_slam-" in found
-            assert "scipy" not in found and page.workers == []
-        else:
-            page.evaluate("new Promise((done) => requestIdleCallback(done))")
-            assert of_python(asked) == {}
+        button = page.locator(".rs-run button")
+        button.scroll_into_view_if_needed()
+        page.evaluate("new Promise((done) => requestIdleCallback(done))")
+        assert of_python(asked) == {}
+        button.hover()
+        page.wait_for_function(
+            "performance.getEntriesByType('resource').some(({name}) => /worker.js$/.test(name))"
+        )
+        found = " ".join(of_python(asked))
+        assert "pyodide.asm.wasm" in found and "robust_slam-" in found
+        assert "scipy" not in found and page.workers == []
 
 
 LABS = {

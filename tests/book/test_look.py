@@ -24,8 +24,6 @@ KILOBYTES = 400
 """What a page may ask for before anything is clicked, compressed as servers do."""
 OTHERS = ("chapters/errata", "chapters/how-large-a-map")
 """In the last one a cell that can be run is near the head of the page."""
-QUICK = """Object.defineProperty(navigator, "connection", {value: {effectiveType: "4g"}})"""
-"""Over such a connection more may be fetched, once the reader comes near a cell."""
 PACKED = {".png", ".woff2"}
 SHIFT = """() => new Promise((done) => {
   let sum = 0;
@@ -67,7 +65,6 @@ def visit(request, address, browser):
     asked: list[str] = []
     with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
         visit.page.on("request", lambda sent: asked.append(sent.url))
-        visit.page.add_init_script(QUICK)
         visit.page.goto(f"{address}/{request.param}.html", wait_until="networkidle")
         yield visit, [url for url in asked if url.startswith("http")]
 
