@@ -81,6 +81,8 @@ def test_it_is_answered_by_mouse_and_keyboard_and_enter_leaves_it_there(page):
     question.locator("input").first.press("Space")
     expect(question.locator("p").nth(0)).to_be_visible()
     page.keyboard.press("ArrowDown")
+    expect(question.locator("p").nth(0)).to_be_visible()
+    page.keyboard.press("Space")
     expect(question.locator("p").nth(0)).to_be_hidden()
     expect(question.locator("p").nth(1)).to_be_visible()
     page.keyboard.press("Enter")

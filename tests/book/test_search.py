@@ -60,7 +60,7 @@ class TestOverTheNetwork:
             ("loss function", "2 · Four", "Redescending costs"),
             ("where do I begin", "For students", "Install"),
             ("\\rho", "Symbols", "Costs"),
-            ("kernel", "1 · M-est", "Whiten first"),
+            ("kernel", "Symbols", "Words"),
         ],
     )
     def test_what_explains_is_first(self, query, page, section, address, open_page):
