@@ -98,6 +98,9 @@
     }
     for (const {link, name, done} of links) tick(link, assignments[name]?.[done], done);
     if (place) showAll();
+    // The first door of the home page leads on.
+    const [door, link] = [document.querySelector(".rs-doors p"), goOn()];
+    if (door && link) door.replaceChildren(element("strong", {}, "Go on"), " with ", link);
   }
 
   function tick(link, isDone, words, sign = "✓") {
@@ -132,9 +135,16 @@
     mark();
   }
 
+  // A link to where the reader was last.
+  function goOn() {
+    const {last} = read();
+    const found = chapters.find(({name}) => name === last?.page);
+    return found && element("a", {href: `${found.link.href}#${last.id}`}, found.title);
+  }
+
   // One row for each chapter, and what can be done with all of it.
   function showAll() {
-    const {quizzes, assignments, read: pages, last} = read();
+    const {quizzes, assignments, read: pages} = read();
     const numbered = chapters.filter(({name}) => /^chapters\/\d\d-/.test(name));
     const rows = numbered.map(({link, title, name}) => {
       const done = Object.entries(assignments[name.split("/")[1]] ?? {});
@@ -147,12 +157,8 @@
       ]);
     });
     const heads = row("th", {scope: "col"}, ["chapter", "text", "quiz", "assignment"]);
-    const found = chapters.find(({name}) => name === last?.page);
-    const line = element("p");
-    if (found) {
-      const href = `${found.link.href}#${last.id}`;
-      line.append("You were last at ", element("a", {href}, found.title), ".");
-    }
+    const link = goOn();
+    const line = element("p", {}, ...link ? ["You were last at ", link, "."] : []);
     place.querySelector(".rs-all")?.remove();
     const table = element("table", {className: "table"}, heads, ...rows);
     place.prepend(element("div", {className: "rs-all"}, line, table));

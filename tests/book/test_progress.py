@@ -100,7 +100,7 @@ SIDEBAR = """<nav class="bd-links"><a href="03-irls.html">3 · IRLS</a>
 <a href="04-more.html">4 · More</a></nav>"""
 LONG = """<section id="first" style="height: 3000px"><h2>First</h2></section>
 <section id="second" style="height: 3000px"><h2>Second</h2></section>"""
-PLACE = '<div class="rs-progress" hidden></div>'
+PLACE = '<div class="rs-progress" hidden></div><div class="rs-doors"><p>Learn</p></div>'
 QUIZ = {"choices": {"a": "B"}, "done": False}
 
 
@@ -125,8 +125,10 @@ def test_a_chapter_is_read_at_its_end_and_the_last_place_is_kept(browser, tmp_pa
         reload_until(page.locator(".rs-progress p a[href$='chapters/03-irls.html#second']"))
         row = page.get_by_role("row", name="3 · IRLS")
         assert row.get_by_role("cell").all_inner_texts() == ["3 · IRLS", "", "", ""]
+        assert page.locator(".rs-doors").inner_text() == "Go on with 3 · IRLS"
         chapter_tab.keyboard.press("End")
         reload_until(row.get_by_role("cell", name="read", exact=True))
+        assert page.locator(".bd-links a [title=read]").count() == 1
         assert visit.complaints == visit.outside == []
 
 

@@ -97,11 +97,12 @@ class Source:
             head += f'<p class="ask">{escape(mark.ask)}</p>'
         opens = f' data-chapter="{escape(self.title)}"' if first else ""
         minutes = _minutes(mark, kind, keys + len(mark.claims))
+        notes = f"{escape(mark.notes)} ({minutes:.0f} min)"
         self.minutes += minutes
         return (
             f'<section class="is-{kind}" data-timing="{60 * minutes:.0f}"{opens}>{head}'
             f'<div class="show" data-prevent-swipe><div>{shown}</div></div>'
-            f'<aside class="notes"><p>{escape(mark.notes)} ({minutes:.0f} min)</p></aside></section>'
+            f'<aside class="notes"><p>{notes}</p></aside></section>'
         )
 
     def _claim(self, words: str, mark: Mark) -> str:
