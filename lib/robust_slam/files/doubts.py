@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted, so_do
 from robust_slam.files.graph_file import GraphFile
-from robust_slam.graphs.pose_graph import FEW, PoseGraph, deviations, rows_of
+from robust_slam.graphs.pose_graph import FEW, PoseGraph, deviations, rows_of, spreads
 from robust_slam.groups.group import upward
 
 _BLIND = np.pi / np.sqrt(3.0)
@@ -61,8 +61,8 @@ def _covariances(file: GraphFile) -> str:
     graph = file.graph
     steps = np.linalg.norm(graph.translation[graph.is_odometry], axis=1)
     step = float(np.median(steps)) if steps.size else np.inf
-    inverse = replace(graph, information=np.asarray(np.linalg.inv(graph.information)))
-    claimed, other = (np.median(deviations(each), axis=1) for each in (graph, inverse))
+    inverted = spreads(graph.information, graph.group.DIMENSION)  # as if these were covariances
+    claimed, other = (np.median(each, axis=1) for each in (deviations(graph), inverted))
     limits = np.array([_COARSE * step or np.inf, _BLIND])
     position, rotation = (limits < claimed) & (other < limits)
     one_number = np.eye(graph.group.DOF) * graph.information[0, 0, 0]

@@ -284,8 +284,13 @@ def connected_parts(n: int, edges: Indices) -> Indices:
 
 def deviations(graph: PoseGraph) -> tuple[Array, Array]:
     """Return what edges claim for a coordinate (m) and an axis (rad), ``(m,)`` each."""
-    d = graph.group.DIMENSION
-    variances = np.diagonal(np.linalg.inv(graph.information), axis1=1, axis2=2)
+    return spreads(np.linalg.inv(graph.information), graph.group.DIMENSION)
+
+
+def spreads(covariance: ArrayLike, d: int) -> tuple[Array, Array]:
+    """Return deviations, of d places (m) and the rest (rad), of covariances ``(m, dof, dof)``."""
+    # Where a matrix is nearly singular, its computed inverse may have a negative entry.
+    variances = np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)
     return np.sqrt(variances[:, :d].mean(axis=1)), np.sqrt(variances[:, d:].mean(axis=1))
 
 

@@ -465,6 +465,13 @@ AFAR = SPACE.replace("T 1", "T 77").replace("0 1 1", "0 77 1")
 OF_G2O = [PLANE, AFAR, "FIX 1\n" + PLANE]
 
 
+@pytest.mark.parametrize("at", range(30, 51))
+def test_information_that_is_nearly_singular_is_read_or_refused(at, scratch):
+    fields = TORO_SPACE.replace("\n", " \n ").split(" ")
+    fields[at] = str(2**63 - 1)
+    accepted(scratch, " ".join(fields).encode(), comes_back=False)
+
+
 @FUZZ
 @given(
     data=st.data(),
