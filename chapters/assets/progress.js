@@ -100,7 +100,9 @@
     if (place) showAll();
     // The first door of the home page leads on.
     const [door, link] = [document.querySelector(".rs-doors p"), goOn()];
-    if (door && link) door.replaceChildren(element("strong", {}, "Go on"), " with ", link);
+    if (!door || !link) return;
+    door.style.minHeight = `${door.offsetHeight}px`; // nothing below moves
+    door.replaceChildren(element("strong", {}, "Go on"), " with ", link);
   }
 
   function tick(link, isDone, words, sign = "✓") {

@@ -1,7 +1,7 @@
 /**
  * Gives each cell of a chapter its button. The rest, Python and the editor, comes at the first
- * click, from the browser's cache if the reader has come near a cell before. A page that is opened
- * from a file cannot fetch anything and has no buttons.
+ * click, from the browser's cache if the pointer was on a button before. A page that is opened from a
+ * file cannot fetch anything and has no buttons.
  */
 (() => {
   const { src, dataset } = document.currentScript;
