@@ -348,13 +348,19 @@ SEEN = """form => [...form.querySelectorAll("label, legend, p")].filter((part) =
 """The texts of a prediction that can be seen."""
 PROMPT = "Predict: From 8 this run ends at 10. Where does it end when σ is three times as large?"
 ASKED = [PROMPT, "10", "0", "0.48, the mean"]
+def move(page: Any) -> None:
+    """Move the start of the run, and wait for the verdict."""
+    page.locator("[data-handle]").first.press("ArrowRight")
+    page.wait_for_selector(".rs-predict:not([data-waits])")
+
+
 TRUTH = "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
 
 
 @pytest.mark.browser
 @pytest.mark.parametrize("scripts", [True, False])
 @pytest.mark.parametrize("width", [390, 1280])
-def test_each_answer_repeats_the_choice_and_moves_nothing(scripts, width, card, open_page):
+def test_each_answer_repeats_the_choice_follows_a_move_and_shifts_nothing(scripts, width, card, open_page):
     viewport = {"width": width, "height": 800}
     page = open_page(card, java_script_enabled=scripts, viewport=viewport).page
     form, picture = page.locator(".rs-predict"), page.locator(".rs-picture")
@@ -362,6 +368,9 @@ def test_each_answer_repeats_the_choice_and_moves_nothing(scripts, width, card, 
     assert form.evaluate(SEEN) == ASKED
     for place, chosen in enumerate(ASKED[1:]):
         form.locator("label").nth(place).click()
+        if scripts:
+            assert form.evaluate(SEEN)[1].startswith(f"You chose {chosen}. Now try it")
+            move(page)
         [prompt, answer] = form.evaluate(SEEN)
         wrong = f"✗ You chose {chosen}. The answer is 0."
         opening = "✓ Right: 0." if chosen == "0" else wrong
@@ -381,9 +390,10 @@ def test_it_is_answered_and_asked_again_by_keyboard_and_asked_on_paper(card, ope
     form = page.locator(".rs-predict")
     for key in ("Tab", "Tab", "Space"):
         page.keyboard.press(key)
+    move(page)
     answer = form.evaluate(SEEN)[1]
     assert answer.startswith("✓ Right: 0.") and TRUTH in answer
-    page.keyboard.press("Enter")
+    form.locator("input").nth(1).press("Enter")
     assert page.url == card and len(form.evaluate(SEEN)) == 2
     page.keyboard.press("Space")
     assert form.evaluate(SEEN) == ASKED

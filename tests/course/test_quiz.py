@@ -22,12 +22,6 @@ def test_every_option_says_whether_it_is_right_which_several_may_be():
     assert Quiz([both]).html().count("✓ Right.") == 2
 
 
-def test_each_question_is_a_group_named_by_its_prompt():
-    page = read(Quiz([Question(f"Question {k}?", [RIGHT, WRONG]) for k in range(3)]))
-    groups = [group.legend.get_text() for group in page("fieldset")]
-    assert groups == ["Question 0?", "Question 1?", "Question 2?"]
-
-
 def test_a_question_keeps_its_key_until_its_texts_change():
     def key(question: Question) -> str:
         return str(read(Quiz([question])).find(attrs={"data-question": True})["data-question"])

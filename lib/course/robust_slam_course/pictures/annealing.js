@@ -130,11 +130,11 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
     scene.text("marks", `value-${k}`, at + away[1], middle + 5, numberText(reading), "rs-tick rs-halo", away[0]);
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
-      x: at, y: middle, look: result.weights[k] > 0.5 ? "rs-right" : "rs-wrong",
+      x: at, y: middle, look: `${result.weights[k] > 0.5 ? "rs-right" : "rs-wrong"} ${k < state.z.length - 1 ? "is-quiet" : ""}`,
       label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}`,
-      now: reading, least: low.toFixed(1), most: high.toFixed(1), unit: 0.1,
+      now: reading, least: low.toFixed(1), most: high.toFixed(1), unit: 0.5,
       drag: (px) => move(maps.fromX(px)),
-      step: (right, up) => move(reading + 0.1 * (right || up)),
+      step: (right, up) => move(reading + 0.5 * (right || up)),
     });
   });
 }

@@ -85,17 +85,16 @@ function wrapped(angle) {
 }
 
 function drawCertificate(scene, { state, result, shown, width, height, data, change }) {
-  const wide = width >= WIDE;
-  const size = wide ? Math.min(height, 0.52 * width) : 0.56 * height;
+  const [wide, pulls] = [width >= WIDE, data.main !== "alpha"];
+  const size = wide ? Math.min(height, 0.52 * width) : (pulls ? 0.42 : 0.56) * height;
   const n = result.headings.length;
   const corner = wide ? { x: 0, y: (height - size) / 2 } : { x: (width - size) / 2, y: 0 };
   drawRing(scene, { ...corner, size }, state, result, shown.subarray(0, 2 * n), change);
   const side = wide ? { x: size + 10, y: 0, width: width - size - 10, height }
     : { x: 0, y: size, width, height: height - size };
-  const [trace, spectrum] = data.main === "alpha" ? [null, side]
-    : wide ? [{ ...side, height: 0.56 * height }, { ...side, y: 0.56 * height, height: 0.44 * height }] : [side, null];
-  if (trace) drawTrace(scene, trace, result);
-  if (spectrum) drawSpectrum(scene, spectrum, result, shown.subarray(2 * n));
+  const upper = pulls ? (wide ? 0.56 : 0.5) * side.height : 0;
+  if (pulls) drawTrace(scene, { ...side, height: upper }, result);
+  drawSpectrum(scene, { ...side, y: side.y + upper, height: side.height - upper }, result, shown.subarray(2 * n));
 }
 
 function drawRing(scene, { x, y, size }, state, result, arrows, change) {
@@ -167,8 +166,9 @@ function drawTrace(scene, box, { trace, cost }) {
 function drawSpectrum(scene, { x: left, y: head, width, height }, result, eigenvalues) {
   const box = { x: left, y: head + 22, width, height: height - 22 };
   const maps = putAxes(scene, "grid", "spectrum", box,
-    { domain: [-4.4, 4.4], label: "eigenvalue", ticks: [-4, -2, 0, 2, 4] }, { domain: [0, 1], label: "", ticks: [] });
+    { domain: [-4.4, 4.4], label: height < 140 ? null : "eigenvalue", ticks: [-4, -2, 0, 2, 4] }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
+  const rise = Math.min(15, (inner.height - 14) / 3);
   scene.text("marks", "spectrum-head", box.x + 4, box.y - 6, `Eigenvalues of S: ${result.verdict}`, "rs-head");
   const floor = inner.y + inner.height;
   scene.path("areas", "refused", "rs-area is-outlier", `M${inner.x} ${inner.y}H${maps.toX(0)}V${floor}H${inner.x}Z`);
@@ -179,7 +179,7 @@ function drawSpectrum(scene, { x: left, y: head, width, height }, result, eigenv
     const x = Math.min(inner.x + inner.width, Math.max(inner.x, maps.toX(value)));
     const above = stacks.filter((other) => Math.abs(other - x) < 11).length;
     stacks.push(x);
-    const y = inner.y + inner.height - 12 - 15 * above;
+    const y = inner.y + inner.height - Math.min(12, 0.5 * rise) - rise * above;
     const exact = result.eigenvalues[k];
     const kind = Math.abs(exact) <= nought ? "zero" : exact < 0 ? "below" : "above";
     const d = kind === "below" ? `M${x - 6} ${y - 5}H${x + 6}L${x} ${y + 6}Z`
@@ -188,7 +188,7 @@ function drawSpectrum(scene, { x: left, y: head, width, height }, result, eigenv
     scene.path("marks", `value-${k}`, `rs-eigen ${looks[kind]}`, d);
   });
   const negative = result.lambdaMin < 0;
-  scene.text(
+  if (rise === 15) scene.text(
     "marks", "lowest", maps.toX(0) + (negative ? -8 : 8), inner.y + 14,
     `smallest ${result.lambdaMin.toFixed(2).replace("-", "−")}`, "", negative ? "end" : "start",
   );

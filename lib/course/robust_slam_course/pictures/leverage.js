@@ -109,7 +109,7 @@ function putReading(scene, axes, k, state, data, change) {
   });
   putHandle(scene, `reading-${k}`, {
     x: axes.toX(p), y: axes.toY(y),
-    shape: off ? "diamond" : "circle", look: off ? "rs-wrong" : "rs-right",
+    shape: off ? "diamond" : "circle", look: `${off ? "rs-wrong" : "rs-right"} ${k === state.held ? "" : "is-quiet"}`,
     label: `Reading ${k}`, text: `${y.toFixed(2)} m at place ${numberText(p)}`,
     now: y, least: HEIGHT_RANGE[0], most: HEIGHT_RANGE[1], unit: 0.05,
     drag: (px, py) => move(axes.fromX(px), axes.fromY(py)),

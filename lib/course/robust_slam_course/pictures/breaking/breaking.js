@@ -137,6 +137,6 @@ function attackCaption({ state, result: { fooled, bent }, data, picture }) {
   const best = told(...(data.best[`${state.town}:${state.solver}`] ?? [state.count, Math.hypot(...state.offset)]));
   if (best === mine) return `Fooled: ${does}. No attack does it with less. ${score}`;
   // The question asks for the best attack.
-  const less = picture.querySelector(".rs-predict :checked") ? `The best attack has ${best}.` : "Can fewer do it, or a shorter offset?";
+  const less = picture.querySelector(".rs-predict:not([data-waits]) :checked") ? `The best attack has ${best}.` : "Can fewer do it, or a shorter offset?";
   return `Fooled: ${does}. ${less} ${score}`;
 }

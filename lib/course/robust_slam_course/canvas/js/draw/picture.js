@@ -39,7 +39,7 @@ export function livePicture({ model, el }, spec) {
   const linked = () => stateFromHash(name, window.location.hash, first);
   let state = clean(linked() ?? first);
   let result = spec.solve(state, data);
-  let [asked, stale, spoken, rested] = [0, false, 0, null];
+  let [asked, stale, spoken, rested, judged] = [0, false, 0, null, 0];
   const glide = new Glide();
   const parts = frame(el, texts, spec, choose, calm);
   const scene = new Scene(parts.stage, texts.title);
@@ -48,6 +48,7 @@ export function livePicture({ model, el }, spec) {
     ask();
   });
   const view = { data, change, picture: el };
+  const question = el.querySelector(".rs-predict");
 
   function change(partial) {
     state = clean({ ...state, ...partial });
@@ -72,6 +73,9 @@ export function livePicture({ model, el }, spec) {
       result = spec.solve(state, data);
       stale = false;
       handBack();
+      // Who has predicted moves something, and sees what comes of it, before the verdict is given.
+      clearTimeout(judged);
+      judged = setTimeout(() => { delete question.dataset.waits; ask(); }, REST);
     }
     const target = spec.moving ? spec.moving(result) : [];
     glide.aim(target, calm.matches);
@@ -113,13 +117,19 @@ export function livePicture({ model, el }, spec) {
     choose({ ...first, ...answer });
     for (const { play } of players) play();
   };
+  const halt = () => parts.controls.forEach(({ stop }) => stop?.());
   parts.reset.addEventListener("click", () => {
-    el.querySelector(".rs-predict").reset();
-    for (const { stop } of parts.controls) stop?.();
+    question.reset();
+    halt();
     choose(first);
   });
+  el.addEventListener("keydown", ({ key }) => key === "Escape" && halt());
   offerToShow(el, shows);
-  el.querySelector(".rs-predict").addEventListener("change", spec.joins ? () => choose(answer) : ask);
+  question.addEventListener("change", () => {
+    clearTimeout(judged);
+    question.dataset.waits = "";
+    if (spec.joins) choose(answer);
+  });
   parts.link.addEventListener("click", async () => {
     window.history.replaceState(null, "", stateToHash(name, state, first));
     nameIcon(parts.link, "The address has this state now");
@@ -258,7 +268,7 @@ function predictionOf(el, html) {
 
 /** Put a button behind each answer that calls `show`, which brings the picture where it is seen. */
 function offerToShow(el, show) {
-  for (const said of el.querySelectorAll(".rs-predict [role='status'] p")) {
+  for (const said of el.querySelectorAll(".rs-predict p")) {
     const button = htmlElement("button", { type: "button", "data-show": true, ...KEYS_STAY }, "Show it");
     button.addEventListener("click", show);
     said.append(" ", button);
