@@ -20,14 +20,11 @@ def installed(locked: Path, name: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     with (BUILD / f".{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        fresh = all(_same(folder / path.name, path) for path in locked.iterdir())
+        kept = [(path, folder / path.name) for path in locked.iterdir()]
+        fresh = all(copy.is_file() and copy.read_bytes() == a.read_bytes() for a, copy in kept)
         if not fresh or not (folder / "node_modules").is_dir():
             _install(locked, folder, name)
     return folder
-
-
-def _same(there: Path, here: Path) -> bool:
-    return there.is_file() and there.read_bytes() == here.read_bytes()
 
 
 def _install(locked: Path, folder: Path, name: str) -> None:

@@ -348,19 +348,19 @@ SEEN = """form => [...form.querySelectorAll("label, legend, p")].filter((part) =
 """The texts of a prediction that can be seen."""
 PROMPT = "Predict: From 8 this run ends at 10. Where does it end when σ is three times as large?"
 ASKED = [PROMPT, "10", "0", "0.48, the mean"]
+TRUTH = "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
+
+
 def move(page: Any) -> None:
     """Move the start of the run, and wait for the verdict."""
     page.locator("[data-handle]").first.press("ArrowRight")
     page.wait_for_selector(".rs-predict:not([data-waits])")
 
 
-TRUTH = "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
-
-
 @pytest.mark.browser
 @pytest.mark.parametrize("scripts", [True, False])
 @pytest.mark.parametrize("width", [390, 1280])
-def test_each_answer_repeats_the_choice_follows_a_move_and_shifts_nothing(scripts, width, card, open_page):
+def test_each_answer_follows_a_move_and_shifts_nothing(scripts, width, card, open_page):
     viewport = {"width": width, "height": 800}
     page = open_page(card, java_script_enabled=scripts, viewport=viewport).page
     form, picture = page.locator(".rs-predict"), page.locator(".rs-picture")

@@ -165,9 +165,9 @@ def prediction(question: Question) -> str:
     """Return a question with one right answer as a row of buttons that folds to the answer.
 
     An option's answer begins with "✓ Right: 7." or "✗ You chose 3. The answer is 7." It needs no
-    script, only ``canvas/prediction.css``; a live picture has the form wait, with
-    ``data-waits``, until the reader has moved something. The buttons are check boxes, each of which
-    Tab reaches: arrow keys between radio buttons would answer while the reader looks.
+    script, only ``canvas/prediction.css``; a live picture has the form wait (``data-waits``) until
+    the reader has moved something. The buttons are check boxes, each of which Tab reaches: arrow
+    keys between radio buttons would answer while the reader looks.
 
     Raises:
         ValueError: there are more than four options, or several are right.
