@@ -50,12 +50,12 @@ WRONG = Look("wrong closure", PALETTE["outlier"], LINESTYLES["outlier"], 1.8, 3.
 _ODOMETRY = replace(PATH, label="odometry")
 _KEPT = replace(CLOSURE, label="kept")
 _REJECTED = Look("rejected", PALETTE["muted"], (0.0, (7.0, 6.0)), 0.9, 1.5)
-_TRUE_KEPT = replace(CLOSURE, label="true, kept")
+_TRUE_KEPT = replace(CLOSURE, label="inlier, kept")
 _TRUE_REJECTED = Look(
-    "true, rejected", PALETTE["accent"], (0.0, (4.0, 1.5, 1.0, 1.5)), 1.6, 3.1, "s"
+    "inlier, rejected", PALETTE["accent"], (0.0, (4.0, 1.5, 1.0, 1.5)), 1.6, 3.1, "s"
 )
-_WRONG_KEPT = replace(WRONG, label="wrong, kept", zorder=3.2, middle="X")
-_WRONG_REJECTED = replace(_REJECTED, label="wrong, rejected")
+_WRONG_KEPT = replace(WRONG, label="outlier, kept", zorder=3.2, middle="X")
+_WRONG_REJECTED = replace(_REJECTED, label="outlier, rejected")
 _LOOKS = (PATH, CLOSURE, WRONG, _ODOMETRY, _KEPT, _REJECTED)
 _JUDGED = (_TRUE_KEPT, _TRUE_REJECTED, _WRONG_KEPT, _WRONG_REJECTED)
 

@@ -85,7 +85,7 @@ def decisions():
     words = np.where(
         graph.is_odometry,
         "odometry",
-        np.char.add(np.where(wrong, "wrong, ", "true, "), np.where(kept, "kept", "rejected")),
+        np.char.add(np.where(wrong, "outlier, ", "inlier, "), np.where(kept, "kept", "rejected")),
     )
     return graph, wrong, truth, kept, words
 
@@ -111,7 +111,7 @@ def test_decisions_are_counted_in_the_legend_and_have_looks_of_their_own_without
 def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(judged):
     graph, _, truth, _, words = decisions()
     for word, line in named(judged).items():
-        if word in ("wrong, kept", "true, rejected"):
+        if word in ("outlier, kept", "inlier, rejected"):
             marked = np.column_stack(line.get_data())[line.get_markevery()]
             middles = truth[graph.edges[words == word]][:, :, :2].mean(axis=1)
             np.testing.assert_allclose(marked, middles)

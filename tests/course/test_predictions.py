@@ -220,7 +220,7 @@ def showcase(data: Any, state: Any) -> Told:
     found = ribbon(data, "squares")
     assert pictures.showcase().answer["tried"] == {"gnc squares": found}
     lost = found.count("w")
-    return "some places", [f"from {lost} of {lost + found.count('g')} places the nine win"]
+    return "a quarter", [f"from {lost} of {lost + found.count('g')} places the nine win"]
 
 
 def starts(data: Any, state: Any) -> Told:

@@ -112,16 +112,16 @@ def showcase() -> Picture:
     return _dragged(
         "showcase",
         "Nine wrong closures that agree",
-        "Drag the diamond: from where do nine wrong closures bend GNC’s map?",
+        "Drag the diamond: from how many places do nine wrong closures bend GNC’s map?",
         {
-            "nowhere": f"This is no vote against ten correct ones: from {lost} of {places} places"
+            "none": f"This is no vote against ten correct ones: from {lost} of {places} places"
             " the nine win.",
-            "some places": f"From {lost} of {places}, poses 1 to 6 among them, where least squares"
+            "a quarter": f"{lost} of {places}, poses 1 to 6 among them, where least squares"
             " has hidden their error.",
-            "everywhere": f"GNC rejects all nine from most places, but from {lost} of {places}"
+            "half": f"GNC rejects all nine from most places, but from {lost} of {places}"
             " they win.",
         },
-        "some places",
+        "a quarter",
         "Choose least squares, and drag to where GNC is lost. Which places has the start bent?",
         {"place": 3, "tried": {"gnc squares": _tried("gnc squares")}},
         place=9,
