@@ -27,6 +27,9 @@ function answersLast() {
     const number = places[k].previousElementSibling?.querySelector("strong")?.textContent ?? "";
     return element("div", {}, element("strong", {}, number), box);
   });
+  const letters = [...article?.querySelectorAll(".rs-quiz form") ?? []]
+    .map((form, k) => `${k + 1} ${[...form.querySelectorAll(".rs-option:has(.rs-correct) b")].map((b) => b.textContent).join(" and ")}`);
+  if (letters.length) told.push(element("p", {}, element("strong", {}, "Quiz: "), letters.join(", ")));
   const all = element("section", { className: "rs-answers" }, element("h2", {}, "Answers"), ...told, ...numbered);
   if (told.length + numbered.length) article.append(all);
   return () => {

@@ -218,10 +218,10 @@
   }
 
   function forgetting() {
-    const said = element("span", {role: "status"}, "Your answers to the quizzes of all chapters, what you have read, and which"
-      + " assignments you have opened and downloaded, are kept in this browser and are sent nowhere.");
+    const said = element("span", {role: "status"}, "Your answers to the quizzes of all chapters, what you have read, code that you have"
+      + " changed, and which assignments you have opened and downloaded, are kept in this browser and are sent nowhere.");
     const button = pressable("Forget my progress", () => {
-      localStorage.removeItem(KEY);
+      for (const key of Object.keys(localStorage)) if (/^robust-slam-(progress|code)/.test(key)) localStorage.removeItem(key);
       forgotten = true;
       restore();
       said.textContent = "Your answers are forgotten, what you have read, opened and downloaded."

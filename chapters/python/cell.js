@@ -26,6 +26,15 @@ export class Cell {
     this.#page = document.getElementById(id);
   }
 
+  /** Keep for the next visit what the reader wrote, under the page's own code, which may change. */
+  keep(code = this.code) {
+    if (this.isOpen) storage((kept) => (code === this.given ? kept.removeItem(this.#place) : kept.setItem(this.#place, code)));
+  }
+
+  get #place() {
+    return `robust-slam-code ${this.id} ${this.given}`;
+  }
+
   get isOpen() {
     return this.#editor !== null;
   }
@@ -59,7 +68,7 @@ export class Cell {
     input.replaceChildren(parts.editor, parts.bar);
     this.#editor = openEditor({
       parent: parts.editor,
-      code: this.given,
+      code: storage((kept) => kept.getItem(this.#place)) ?? this.given,
       label: "Code of this cell",
       hint: parts.hint.id,
       run: () => this.#does.run(this),
@@ -72,12 +81,13 @@ export class Cell {
     const output = this.#output();
     this.#stored = [...output.childNodes];
     // On a phone the keyboard would cover what the cell shows.
-    if (matchMedia("(pointer: fine)").matches) this.#editor.focus();
+    (matchMedia("(pointer: coarse)").matches ? parts.run : this.#editor).focus();
   }
 
   /** Bring back the page's own code and output. */
   close() {
     const { input, was } = this.#shown;
+    this.keep(this.given);
     this.#editor.close();
     this.#editor = null;
     this.#output().replaceChildren(...this.#stored);
@@ -157,6 +167,11 @@ export class Cell {
     this.#page.append(made);
     return made;
   }
+}
+
+/** Use what the browser keeps, if it keeps anything. */
+function storage(use) {
+  try { return use(localStorage); } catch { return null; }
 }
 
 function makeParts(id, note) {

@@ -32,10 +32,7 @@ class Chapter {
       stop: (cell) => this.#stop(cell),
       reset: (cell) => this.#reset(cell),
     })]));
-    // What the reader has written is in the page alone: the browser asks before it is lost.
-    addEventListener("beforeunload", (event) => {
-      if ([...this.cells.values()].some((cell) => cell.code !== cell.given)) event.preventDefault();
-    });
+    addEventListener("pagehide", () => this.cells.forEach((cell) => cell.keep()));
   }
 
   /** Run a cell, after what stands above it, gives names that it uses and has not run as it is. */

@@ -200,22 +200,17 @@ def test_the_whole_book_has_at_most_250_pages_and_no_heading_alone_at_a_foot(
     assert len(flat(printed.outline)) > 200 and lone(printed) == []
 
 
-def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site):
-    page = "chapters/00-one-lie"
-    quiz = BeautifulSoup(book(site.folder, [page]).html({}), "html.parser").select(".rs-quiz")[0]
-    letters = dict(re.findall(r"(\d) (\w(?: and \w)*)", quiz.select("p.answers")[0].get_text()))
-    questions = quiz.select("fieldset")
-    assert len(letters) == len(questions) > 1
-    for number, question in enumerate(questions, 1):
-        verdicts = [option.strong.get_text() for option in question.select(".rs-option")]
-        right = [name for name, said in zip("ABCDEF", verdicts, strict=False) if "Right" in said]
-        assert letters[str(number)] == " and ".join(right)
-
-
-def test_answers_to_predictions_and_exercises_stand_at_the_end_of_their_chapter(printed):
+def test_answers_to_questions_and_exercises_stand_at_the_end_of_their_chapter(printed):
     chapter = printed[0].articles[FEW[0]]
     (last,) = chapter.select(".rs-answers")
     assert not last.find_next_siblings() and last.h2.get_text() == "Answers"
     told = " ".join(last.get_text().split())
     assert "how many of the 99 odometry edges are still bent? ✓ Right: 33." in told
     assert len(last.select("details")) == len(chapter.select("details.sd-dropdown")) > 3
+    letters = dict(re.findall(r"(\d) (\w(?: and \w)*)", told.split("Quiz: ")[1]))
+    questions = chapter.select(".rs-quiz fieldset")
+    assert len(letters) == len(questions) > 1
+    for number, question in enumerate(questions, 1):
+        verdicts = [option.strong.get_text() for option in question.select(".rs-option")]
+        right = [name for name, said in zip("ABCDEF", verdicts, strict=False) if "Right" in said]
+        assert letters[str(number)] == " and ".join(right)

@@ -348,12 +348,15 @@ SEEN = """form => [...form.querySelectorAll("label, legend, p")].filter((part) =
 """The texts of a prediction that can be seen."""
 PROMPT = "Predict: From 8 this run ends at 10. Where does it end when σ is three times as large?"
 ASKED = [PROMPT, "10", "0", "0.48, the mean"]
-TRUTH = "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
+TRUTH = "At σ = 3 all 21 readings are within cσ = 9 of 8. From their mean, 0.48, the one at 10"
 
 
 def move(page: Any) -> None:
-    """Move the start of the run, and wait for the verdict."""
+    """Move the start, which tells nothing, then σ beyond 3, and wait for the verdict."""
     page.locator("[data-handle]").first.press("ArrowRight")
+    page.wait_for_timeout(800)
+    assert page.locator("[data-waits]").count()
+    page.locator("[data-control=sigma]").press("End")
     page.wait_for_selector(".rs-predict:not([data-waits])")
 
 

@@ -46,7 +46,7 @@ CLOSURES = 20
 GROUP = 5
 GOOD = 0.1
 """The largest distance (m) of a good map from that of the correct edges."""
-UNIT = 0.45
+UNIT = 0.5
 """How far (m) a drawn pose may move by one letter."""
 C = chi_square_threshold(methods.PROBABILITY, 3)
 Place = tuple[int, str, float, float]

@@ -18,7 +18,7 @@ NAMES = ("for", "aria-labelledby", "aria-describedby", "aria-controls", "headers
 """Attributes that hold ids."""
 AWAY = (
     ".headerlink, .rs-teach, script, noscript, .tag_hide-input > details, .tag_hide-cell,"
-    " .rs-forget, .toctree-wrapper, link"
+    " .rs-merged:not(:has(.cell_output)), .rs-forget, .toctree-wrapper, link"
 )
 """What paper has no use for: folded code is one click away on the site."""
 SHARED = 3
@@ -140,8 +140,6 @@ class Book:
                 each.decompose()
         for each in article.select("details"):
             each["open"] = ""
-        for quiz in article.select(".rs-quiz"):
-            quiz.append(_answers(quiz, soup))
         for code in article.select("pre"):
             if code.get_text().count("\n") > LONG:
                 code["class"] = [*code.get_attribute_list("class"), "long"]
@@ -195,14 +193,3 @@ class Book:
         if target != page and not link.find("code"):
             number = soup.new_tag("span", attrs={"class": "rs-at", "data-to": to})
             link.insert_after(number)
-
-
-def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:
-    """Return a line with the letters of a quiz's right answers, whose reasons need a click."""
-    right = [
-        " and ".join(option.b.get_text() for option in form.select(".rs-option:has(.rs-correct)"))
-        for form in quiz.select("form")
-    ]
-    line = soup.new_tag("p", attrs={"class": "answers"})
-    line.string = "Answers: " + ", ".join(f"{k} {letters}" for k, letters in enumerate(right, 1))
-    return line

@@ -166,8 +166,8 @@ def prediction(question: Question) -> str:
 
     An option's answer begins with "✓ Right: 7." or "✗ You chose 3. The answer is 7." It needs no
     script, only ``canvas/prediction.css``; a live picture has the form wait (``data-waits``) until
-    the reader has moved something. The buttons are check boxes, each of which Tab reaches: arrow
-    keys between radio buttons would answer while the reader looks.
+    the reader has found the answer by hand. The buttons are check boxes, each of which Tab
+    reaches: arrow keys between radio buttons would answer while the reader looks.
 
     Raises:
         ValueError: there are more than four options, or several are right.
@@ -198,7 +198,7 @@ def _revealed(letter: str, chosen: Option, right: Option) -> str:
     if chosen is not right:
         said = f"✗ You chose <b>{_inline(chosen.text)}</b>."
         verdict = f'<span class="is-wrong">{said}</span> {verdict}'
-    now = f"You chose <b>{_inline(chosen.text)}</b>. Now try it in the picture."
+    now = f"You chose <b>{_inline(chosen.text)}</b>. Find out in the picture, or"
     return (
         f'<p class="rs-now" data-choice="{letter}">{now}</p>'
         f'<p data-choice="{letter}">{verdict} {_inline(chosen.answer)}</p>'

@@ -49,7 +49,7 @@ LOOKS: tuple[Look, ...] = (
 None is taken for data: green is an inlier, and an orange cross or diamond an outlier.
 """
 
-_CYCLE = (6, 2, 1, 3, 4, 0)
+_CYCLE = (6, 2, 1, 3, 4)
 
 # Pages draw it a second time for phones; 11 points are 15 pixels on a wide page.
 STYLE: dict[RcKeyType, Any] = {
@@ -64,7 +64,7 @@ STYLE: dict[RcKeyType, Any] = {
     "axes.labelcolor": PALETTE["truth"],
     "axes.prop_cycle": cycler(
         color=[LOOKS[number].color for number in _CYCLE],
-        linestyle=[LOOKS[number].linestyle for number in _CYCLE],
+        linestyle=["-", *(LOOKS[number].linestyle for number in _CYCLE[1:])],
     ),
     "axes.spines.top": False,
     "axes.spines.right": False,

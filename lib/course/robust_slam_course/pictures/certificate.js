@@ -33,6 +33,7 @@ export function render(context) {
     layers: ["areas", "grid", "lines", "marks"],
     controls: (main === "alpha" ? ["alpha", "ring"] : ["go", "twist"]).map((name) => all[name]),
     main: [main],
+    seen: main === "alpha" ? null : (_, { cost, trace }) => cost < trace[0][1] - 0.005,
     clean: cleanCertificate,
     solve: solveCertificate,
     moving: ({ arrows, eigenvalues }) => [...arrows, ...eigenvalues],

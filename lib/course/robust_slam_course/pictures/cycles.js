@@ -97,8 +97,7 @@ function drawCycles(scene, { result, state, shown, width, height, data, change }
   putEdge(scene, "wrong", "wrong", map, truth, state.wrong, "is-outlier", 3);
   scene.text("strip", "key", 2, 14, "dotted: true path; colour: u", "rs-tick");
   putStrip(scene, "strip", "norms", right, residualGroups(result), {
-    domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u",
-    line: { value: CHI_99_SE2, text: "99 % of inliers" },
+    domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u; line: 99 % of inliers", line: CHI_99_SE2,
   });
   putClosureHandles(scene, map, truth, [state.wrong], ([wrong]) => change({ wrong }), {
     noun: "Wrong closure", removable: false,

@@ -131,8 +131,8 @@ def basins() -> Picture:
             "From 8 this run ends at 10. Where does it end when σ is three times as large?",
             {
                 "10": "The zeros are now within cσ = 9 of the start, too; with 2σ they are not.",
-                "0": "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one"
-                " at 10 is not.",
+                "0": "At σ = 3 all 21 readings are within cσ = 9 of 8. From their mean, 0.48, the"
+                " one at 10 is not.",
                 "0.48, the mean": "The mean is only the first step: from there 10 is 9.52 away,"
                 " beyond cσ = 9.",
             },

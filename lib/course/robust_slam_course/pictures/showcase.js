@@ -25,6 +25,8 @@ export function render(context) {
       { kind: "words", name: "start", label: "Start from", options: [["squares", "least squares"], ["odometry", "odometry"]] },
     ],
     main: [context.model.get("data").main],
+    // Half of the places are tried.
+    seen: ({ tried }, _, answer) => tried[Object.keys(answer.tried).at(-1)]?.replaceAll(".", "").length > 24,
     height: (width) => (width < WIDE ? 392 : 380),
     clean: (state, data) => cleanShowcase(state, data, solved),
     solve: (state, data) => solveShowcase(state, data, solved),

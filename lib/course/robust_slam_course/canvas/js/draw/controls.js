@@ -112,14 +112,15 @@ function player(spec, change, calm) {
     play.textContent = calm.matches ? "Step" : "Play";
     say();
   };
+  const hasEnded = () => Number(input.value) >= Number(input.max);
   const forward = () => {
-    if (!input.isConnected || Number(input.value) >= Number(input.max)) return stop();
+    if (!input.isConnected || hasEnded()) return stop();
     return change({ [spec.name]: Number(input.value) + 1 });
   };
   input.addEventListener("input", () => { stop(); change({ [spec.name]: Number(input.value) }); });
   play.addEventListener("click", () => {
     if (timer) return stop();
-    const ended = Number(input.value) >= Number(input.max);
+    const ended = hasEnded();
     // Readers who asked for less movement go step by step.
     if (calm.matches) return change({ [spec.name]: ended ? 0 : Number(input.value) + 1 });
     return run(ended ? 0 : Number(input.value));
@@ -139,5 +140,5 @@ function player(spec, change, calm) {
     if (!timer) say();
   };
   const label = htmlElement("label", {}, htmlElement("span", {}, spec.label), input, value);
-  return { element: htmlElement("span", { class: "rs-player" }, label, play), show, name: spec.name, play: runAll, stop };
+  return { element: htmlElement("span", { class: "rs-player" }, label, play), show, name: spec.name, play: runAll, stop, hasEnded };
 }

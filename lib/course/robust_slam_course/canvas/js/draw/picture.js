@@ -16,6 +16,8 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
  * - `controls`: see `makeControl`
  * - `main`: names (or labels, of buttons) of the controls that stand below the drawing; the one that
  *   is left is folded away, unless a link brings it in another state
+ * - `seen(state, result, answer)`: the reader's hand has found the answer; where absent, once the state
+ *   has come as far from the first as the answer is
  * - `joins`: an answer to the question brings the picture at once where it is seen
  * - `clean(state, data)`: the nearest state that is possible, of what no control bounds; a link may
  *   hold any (may be absent)
@@ -39,7 +41,7 @@ export function livePicture({ model, el }, spec) {
   const linked = () => stateFromHash(name, window.location.hash, first);
   let state = clean(linked() ?? first);
   let result = spec.solve(state, data);
-  let [asked, stale, spoken, rested, judged] = [0, false, 0, null, 0];
+  let [asked, stale, spoken, rested, judged, found] = [0, false, 0, null, 0, false];
   const glide = new Glide();
   const parts = frame(el, texts, spec, choose, calm);
   const scene = new Scene(parts.stage, texts.title);
@@ -73,9 +75,9 @@ export function livePicture({ model, el }, spec) {
       result = spec.solve(state, data);
       stale = false;
       handBack();
-      // Who has predicted moves something, and sees what comes of it, before the verdict is given.
+      // Who has predicted finds out by hand, and rests, before the verdict is given.
       clearTimeout(judged);
-      judged = setTimeout(() => { delete question.dataset.waits; ask(); }, REST);
+      judged = setTimeout(() => { if (found) delete question.dataset.waits; ask(); }, REST);
     }
     const target = spec.moving ? spec.moving(result) : [];
     glide.aim(target, calm.matches);
@@ -93,6 +95,7 @@ export function livePicture({ model, el }, spec) {
     spec.draw(scene, view);
     scene.end();
     for (const control of parts.controls) control.show(state, result);
+    found ||= isSeen();
     tell(spec.caption(view));
   }
 
@@ -117,6 +120,8 @@ export function livePicture({ model, el }, spec) {
     choose({ ...first, ...answer });
     for (const { play } of players) play();
   };
+  const isSeen = () => players.every(({ hasEnded }) => hasEnded())
+    && (spec.seen ? spec.seen(state, result, answer) : hasReached(state, first, answer));
   const halt = () => parts.controls.forEach(({ stop }) => stop?.());
   parts.reset.addEventListener("click", () => {
     question.reset();
@@ -127,8 +132,10 @@ export function livePicture({ model, el }, spec) {
   offerToShow(el, shows);
   question.addEventListener("change", () => {
     clearTimeout(judged);
-    question.dataset.waits = "";
+    found = isSeen();
+    question.toggleAttribute("data-waits", !found);
     if (spec.joins) choose(answer);
+    else ask();
   });
   parts.link.addEventListener("click", async () => {
     window.history.replaceState(null, "", stateToHash(name, state, first));
@@ -209,6 +216,16 @@ function putOnPaper(parts, spec, view, ends, clean) {
     figure.append(htmlElement("figcaption", {}, spec.caption(drawn)));
   });
   window.addEventListener("afterprint", () => row.remove(), { once: true });
+}
+
+/** Whether each part of a state has come from `first` to its part in `answer`, or beyond. */
+function hasReached(state, first, answer) {
+  return Object.entries(answer).every(([key, to]) => {
+    const [now, from] = [state[key], first[key]];
+    if (key === "tried" || from === to) return true;
+    if (Array.isArray(to)) return hasReached(now, from, to);
+    return typeof to === "number" ? (now - from) / (to - from) > 0.95 : now === to;
+  });
 }
 
 /** From `one` value to the `other`, a share of the way: numbers, and lists and states of them. */

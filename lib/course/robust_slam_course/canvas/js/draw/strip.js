@@ -8,7 +8,7 @@ const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 28, 40, 4, 14, 34];
  * A strip of values in the box `{x, y, width, height}` (pixels): bars over a linear axis, and over a
  * logarithmic one, which has no zero, dots. Each of `groups` is `{name, share, bars}`: the share of
  * the width that it takes, and its values `{value, look?, style?, part?}`; `part` is the key of the edge
- * that one measures. `axis` is `{domain: [low, high], ticks, label, line?: {value, text}, linear?}`. A
+ * that one measures. `axis` is `{domain: [low, high], ticks, label, line?: value, linear?}`. A
  * value below `low` is drawn there.
  */
 export function putStrip(scene, layer, key, box, groups, axis) {
@@ -40,11 +40,10 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
   }
   scene.text(layer, `${key}-yl`, inner.x - LEFT + 2, inner.y - TOP + 15, label);
   if (!line) return;
-  const y = toY(line.value);
+  const y = toY(line);
   scene.put(layer, `${key}-line`, "path", {
     class: "is-muted", d: `M${inner.x} ${y}h${inner.width}`, "stroke-dasharray": "5 4",
   });
-  scene.text(layer, `${key}-line-text`, inner.x + inner.width, y - 6, line.text, "rs-tick rs-halo", "end");
 }
 
 function putGroup(scene, layer, key, inner, toY, { name, bars }, { linear }) {
