@@ -25,7 +25,7 @@ function answersLast() {
   });
   const numbered = boxes.map((box, k) => {
     const number = places[k].previousElementSibling?.querySelector("strong")?.textContent ?? "";
-    return element("div", {}, element("strong", {}, number), box);
+    return element("div", { className: number.length > 4 ? "rs-long" : "" }, element("strong", {}, number), box);
   });
   const letters = [...article?.querySelectorAll(".rs-quiz form") ?? []]
     .map((form, k) => `${k + 1} ${[...form.querySelectorAll(".rs-option:has(.rs-correct) b")].map((b) => b.textContent).join(" and ")}`);

@@ -31,6 +31,10 @@ export class Cell {
     if (this.isOpen) storage((kept) => (code === this.given ? kept.removeItem(this.#place) : kept.setItem(this.#place, code)));
   }
 
+  get kept() {
+    return storage((kept) => kept.getItem(this.#place));
+  }
+
   get #place() {
     return `robust-slam-code ${this.id} ${this.given}`;
   }
@@ -62,13 +66,14 @@ export class Cell {
   }
 
   open() {
+    if (this.isOpen) return this.#editor.focus();
     const input = this.#page.querySelector(".cell_input");
     const parts = makeParts(this.id, this.note);
     this.#shown = { input, was: [...input.children], ...parts };
     input.replaceChildren(parts.editor, parts.bar);
     this.#editor = openEditor({
       parent: parts.editor,
-      code: storage((kept) => kept.getItem(this.#place)) ?? this.given,
+      code: this.kept ?? this.given,
       label: "Code of this cell",
       hint: parts.hint.id,
       run: () => this.#does.run(this),

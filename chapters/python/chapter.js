@@ -32,6 +32,7 @@ class Chapter {
       stop: (cell) => this.#stop(cell),
       reset: (cell) => this.#reset(cell),
     })]));
+    for (const cell of this.cells.values()) if (cell.kept) cell.open();
     addEventListener("pagehide", () => this.cells.forEach((cell) => cell.keep()));
   }
 

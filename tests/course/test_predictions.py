@@ -372,7 +372,7 @@ def test_each_answer_follows_a_move_and_shifts_nothing(scripts, width, card, ope
     for place, chosen in enumerate(ASKED[1:]):
         form.locator("label").nth(place).click()
         if scripts:
-            assert form.evaluate(SEEN)[1].startswith(f"You chose {chosen}. Find out in")
+            assert form.evaluate(SEEN)[1].startswith(f"You chose {chosen}. Find out below")
             move(page)
         [prompt, answer] = form.evaluate(SEEN)
         wrong = f"✗ You chose {chosen}. The answer is 0."

@@ -59,7 +59,7 @@ const namedLine = StateField.define({
  * after Escape it moves on, which is CodeMirror's own way.
  */
 export function openEditor({ parent, code, label, hint, run }) {
-  const runs = { key: "Shift-Enter", run: () => { run(); return true; } };
+  const runs = ["Shift-Enter", "Mod-Enter"].map((key) => ({ key, run: () => { run(); return true; } }));
   const view = new EditorView({
     parent,
     state: EditorState.create({
@@ -76,7 +76,7 @@ export function openEditor({ parent, code, label, hint, run }) {
         python(),
         syntaxHighlighting(COLOURS),
         keymap.of([
-          runs, ...closeBracketsKeymap, ...defaultKeymap, ...historyKeymap, indentWithTab,
+          ...runs, ...closeBracketsKeymap, ...defaultKeymap, ...historyKeymap, indentWithTab,
         ]),
         EditorView.contentAttributes.of({ "aria-label": label, "aria-describedby": hint }),
       ],

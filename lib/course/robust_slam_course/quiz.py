@@ -193,15 +193,13 @@ def _button(letter: str, text: str) -> str:
 
 
 def _revealed(letter: str, chosen: Option, right: Option) -> str:
+    mine, truth = f"<b>{_inline(chosen.text)}</b>.", f"<b>{_inline(right.text)}</b>."
     opening = "✓ Right:" if chosen is right else "The answer is"
-    verdict = f'<span class="is-right">{opening} <b>{_inline(right.text)}</b>.</span>'
-    if chosen is not right:
-        said = f"✗ You chose <b>{_inline(chosen.text)}</b>."
-        verdict = f'<span class="is-wrong">{said}</span> {verdict}'
-    now = f"You chose <b>{_inline(chosen.text)}</b>. Find out in the picture, or"
+    wrong = "" if chosen is right else f'<span class="is-wrong">✗ You chose {mine}</span> '
     return (
-        f'<p class="rs-now" data-choice="{letter}">{now}</p>'
-        f'<p data-choice="{letter}">{verdict} {_inline(chosen.answer)}</p>'
+        f'<p class="rs-now" data-choice="{letter}">You chose {mine} Find out below, or</p>'
+        f'<p data-choice="{letter}">{wrong}<span class="is-right">{opening} {truth}</span>'
+        f" {_inline(chosen.answer)}</p>"
     )
 
 

@@ -2,7 +2,7 @@ import { gnc } from "../canvas/js/solve/graduation.js";
 import { KERNELS, gmSurrogate, tlsSurrogate } from "../canvas/js/solve/kernels.js";
 import { minimaOf, sampledCost } from "../canvas/js/solve/landscapes.js";
 import { locationProblem } from "../canvas/js/solve/location.js";
-import { putAxes, putPath } from "../canvas/js/draw/axes.js";
+import { putAxes, putPath, roundTicks } from "../canvas/js/draw/axes.js";
 import { numberText } from "../canvas/js/draw/number.js";
 import { LAST_STEP } from "../canvas/js/draw/controls.js";
 import { putHandle } from "../canvas/js/draw/handle.js";
@@ -86,7 +86,7 @@ function drawAnnealing(scene, { state, result, shown, width, height, data, chang
 
 function drawCost(scene, box, { kind }, result, cost, x) {
   const maps = putAxes(scene, "grid", "cost", box,
-    { domain: result.span, label: "" }, { domain: [-0.04, 1.06], label: "cost", ticks: [0, 0.5, 1], text: (share) => (share ? (share < 1 ? "½" : "max") : "0") });
+    { domain: result.span, label: "", ticks: roundTicks(...result.span, 5) }, { domain: [-0.04, 1.06], label: "cost", ticks: [0, 0.5, 1], text: (share) => (share ? (share < 1 ? "½" : "max") : "0") });
   const [low, high] = result.span;
   const place = (k) => maps.toX(low + ((high - low) * k) / (COST_SAMPLES - 1));
   const points = (values) => Array.from(values, (value, k) => [place(k), maps.toY(value)]);

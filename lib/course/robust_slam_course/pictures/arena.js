@@ -57,10 +57,10 @@ function drawArena(scene, { width, height, data, result, shown }) {
   });
 }
 
-function arenaCaption({ result: { runs, told } }) {
+function arenaCaption({ state: { percent }, result: { runs, told } }) {
   const sides = runs.map(({ solver, kept, certified }) => {
     const lets = kept[1] ? `lets ${kept[1]} of ${told} outliers in` : "lets no outlier in";
     return `${solver} ${lets} and keeps ${kept[0]} inliers, ${certified ? "certified" : "not certified"}`;
   });
-  return `${sides.join("; ")}.`;
+  return `At ${percent} %: ${sides.join("; ")}.`;
 }

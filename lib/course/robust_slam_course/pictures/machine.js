@@ -18,7 +18,7 @@ export function render(context) {
       kind: "button", label: "All dials to 0", when: ({ value }) => value > 0, does: () => ({ value: 0 }),
     }],
     main: ["All dials to 0"],
-    seen: ({ tried }, _, { value }) => tried[0] >= value,
+    seen: ({ dial }, { off }) => !dial && off > LOST_AT,
     clean: cleanMachine,
     solve: solveMachine,
     moving: ({ poses, beads }) => Float64Array.from([...poses, ...beads.flat()]),

@@ -34,8 +34,8 @@ def machine() -> Picture:
         question=ask(
             "A bias of the gyroscope bends the map. Which lamp lights?",
             {
-                "PCM": f"PCM drops {biased['fates'][:12].count('p')} of the 12 inliers, and says"
-                " nothing.",
+                "PCM": f"PCM drops {biased['fates'][:12].count('p')} of the 12 inliers, GNC"
+                " the others, and neither says so.",
                 "GNC": "It drops the inliers that PCM has left, and returns a map that is"
                 f" {biased['off']:.2f} m off.",
                 "Certificate": "It asks only whether a better map for the kept edges exists, and"

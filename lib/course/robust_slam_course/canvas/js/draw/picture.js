@@ -224,7 +224,7 @@ function hasReached(state, first, answer) {
     const [now, from] = [state[key], first[key]];
     if (key === "tried" || from === to) return true;
     if (Array.isArray(to)) return hasReached(now, from, to);
-    return typeof to === "number" ? (now - from) / (to - from) > 0.95 : now === to;
+    return typeof to === "number" ? (now - from) / (to - from) > 0.93 : now === to;
   });
 }
 
