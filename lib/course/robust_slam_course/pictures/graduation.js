@@ -110,7 +110,7 @@ function drawMargins(scene, box, { state, result, data }) {
   const maps = putAxes(scene, "axes", "margins", { ...box, width: box.width - 124 },
     {
       domain: [-0.25, last + 0.25], label: "", ticks: data.noises.map((_, k) => k),
-      text: (k) => numberText(data.noises[k]),
+      text: (k) => (box.width < WIDE && k % 2 ? "" : numberText(data.noises[k])),
     },
     { domain: [-1, 41], label: "good", ticks: [0, 20, 40] });
   const x = maps.toX(state.noise);
