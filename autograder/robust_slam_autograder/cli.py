@@ -33,7 +33,8 @@ HOW_TO_GRADE = 'this command needs pip install "./autograder[grading]", where th
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status: 0, 1 or 2 as the README says."""
-    options = _parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    options = _parser(given).parse_args(given)
     try:
         status = int(options.run(options))
         sys.stdout.flush()
@@ -58,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="autograder", description="Makes, checks and grades nbgrader notebooks."
     )
@@ -70,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
         help="the instructor's source tree",
     )
     parser.add_argument("--version", action="version", version=f"autograder {_version()}")
-    declare(parser.add_subparsers(required=True, metavar="COMMAND"))
+    declare(parser.add_subparsers(required=True, metavar="COMMAND"), given)
     return parser
 
 

@@ -9,7 +9,6 @@ from typing import Any
 from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading.passes import Pass, Report
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook as notebook_module
 from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
 from robust_slam_autograder.reading.submission import Code, collect
@@ -163,6 +162,9 @@ def make_tree(folder: Path, config: str = "", value: Value | None = None) -> Pat
 @functools.cache
 def described() -> str:
     """The ``autograder.toml`` of a release, which says what a student's own check runs."""
+    # It imports nbgrader, for which a second is too long in each process that needs the rest.
+    from robust_slam_autograder.publishing.student_release import release
+
     with tempfile.TemporaryDirectory() as folder:
         (path,) = release(make_tree(Path(folder)), [], Path(folder, "release"))
         return path.with_name("autograder.toml").read_text(encoding="utf-8")

@@ -6,6 +6,7 @@ which declares its arguments, and ``run``. A new command is a new module and its
 """
 
 import importlib
+from collections.abc import Collection
 from typing import Any
 
 COMMANDS = (
@@ -14,9 +15,13 @@ COMMANDS = (
 )
 
 
-def declare(parsers: Any) -> None:  # noqa: ANN401
-    """Declare the commands below ``argparse``'s parser of subcommands."""
-    for name in COMMANDS:
+def declare(parsers: Any, given: Collection[str] = ()) -> None:  # noqa: ANN401
+    """Declare the commands below ``argparse``'s parser of subcommands.
+
+    It is all of them, unless the arguments that are ``given`` name one: that one alone.
+    """
+    named = [name for name in COMMANDS if name.replace("_", "-") in given]
+    for name in named or COMMANDS:
         command = importlib.import_module(f"{__name__}.{name}")
         said = str(command.__doc__).partition(": ")[2].rstrip(".")
         parser = parsers.add_parser(name.replace("_", "-"), help=said)

@@ -114,11 +114,14 @@ def _copy_entry(entry: os.DirEntry[str], target: str, hidden: Collection[str]) -
 
 def _copy_file(path: str, target: str, facts: os.stat_result) -> None:
     """Copy a file with its time, which its compiled form is known by."""
-    with contextlib.suppress(FileNotFoundError):
-        if os.stat(target).st_mtime_ns == facts.st_mtime_ns:
-            return
-    with open(path, "rb", buffering=0) as source, open(target, "wb", buffering=0) as made:
-        while os.sendfile(made.fileno(), source.fileno(), None, 1 << 30):
+    with open(path, "rb", buffering=0) as source:
+        try:
+            made = os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL, facts.st_mode & 0o755)
+        except FileExistsError:
+            if os.stat(target).st_mtime_ns == facts.st_mtime_ns:
+                return
+            made = os.open(target, os.O_WRONLY | os.O_TRUNC)
+        while os.sendfile(made, source.fileno(), None, 1 << 30):
             pass
-    os.chmod(target, facts.st_mode & 0o755)
-    os.utime(target, ns=(facts.st_atime_ns, facts.st_mtime_ns))
+        os.utime(made, ns=(facts.st_atime_ns, facts.st_mtime_ns))
+        os.close(made)

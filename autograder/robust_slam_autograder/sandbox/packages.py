@@ -7,8 +7,9 @@ that a package which a library uses only if it is there is not there.
 import csv
 import importlib.metadata
 import importlib.util
+import sys
 import sysconfig
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
@@ -92,9 +93,14 @@ def _distribution(name: str) -> Distribution | None:
     found = _named(name)
     if found is not None and name in _provided(found):
         return found
-    # Reads what was recorded about every distribution, which takes a while.
-    others = importlib.metadata.packages_distributions().get(name)
+    others = _providers(tuple(sys.path)).get(name)
     return _named(others[0]) if others else None
+
+
+@cache
+def _providers(path: tuple[str, ...]) -> Mapping[str, list[str]]:
+    """Return the distributions of each module on the import path, which takes a while."""
+    return importlib.metadata.packages_distributions()
 
 
 def _provided(found: Distribution) -> set[str]:
