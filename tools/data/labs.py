@@ -1,4 +1,4 @@
-"""What the picture of the growing map shows and the page cannot compute: the library's decisions.
+"""What two pictures of the labs show and the page cannot compute: decisions and certificates.
 
 python -m tools.data.labs
 python -m tools.data.labs --out lib/course/robust_slam_course/pictures/labs.json
@@ -9,9 +9,14 @@ from typing import Any
 
 import numpy as np
 from robust_slam._arrays import Mask
-from robust_slam.graphs import PoseGraph
+from robust_slam.certificates import Verdict, certify
+from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels
+from robust_slam.graphs import PoseGraph, ate
+from robust_slam.graphs.metrics import align
 from robust_slam.incremental.growing_map import GrowingMap
+from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
+from robust_slam_course.pictures.graphs import map_steps
 
 from tools.data import make
 
@@ -49,14 +54,39 @@ def _in_graph(order: np.ndarray, growing: GrowingMap, m: int) -> Mask:
     return mask
 
 
+def certified(solver: str, turns: float) -> dict[str, Any]:
+    """Return where a loop ends on the first ring, from headings wound by so many ``turns``.
+
+    The ``signs`` are of the certificate of each step, "." or, if it fails, "x"; ``off`` (m) is the
+    distance from the map of the inliers; ``used`` tells of each closure whether it is in use.
+    """
+    graph, c = labs.ring(0)[0], chi_square_threshold(0.99, 3)
+    problem, x0 = PoseGraphProblem(graph, tol=1e-9, steps=200), labs.wound(graph, turns)
+    if solver == "gnc":
+        found = gnc(problem, c, x0=x0, tol=1e-6)
+    else:
+        found = irls(problem, kernels.geman_mcclure(c), x0, tol=1e-6)
+    proofs = [certify(graph, step.x, step.weights)[1] for step in found.history[1:]]
+    best = labs.best_of_ring()
+    return {
+        "signs": "".join("x" if p.verdict is not Verdict.CERTIFIED else "." for p in proofs),
+        "off": round(float(ate(found.x, best)), 2),
+        "used": "".join(str(int(w >= 0.25)) for w in found.weights[~graph.is_odometry]),
+        "steps": map_steps(align(found.x, best), labs.UNIT),
+    }
+
+
 def table() -> dict[str, Any]:
-    """Return the table by the name that the picture knows."""
-    return {"minds": [list(mind(pose)) for pose in labs.ARRIVALS]}
+    """Return the tables by the names that the pictures know."""
+    solvers = ("gnc", "switches")
+    proofs = {each: [certified(each, turns) for turns in labs.TURNS] for each in solvers}
+    return {"minds": [list(mind(pose)) for pose in labs.ARRIVALS], "proofs": proofs}
 
 
 def told(made: dict[str, Any]) -> Iterator[str]:
-    """Yield the number of histories."""
+    """Yield the numbers of histories and of runs."""
     yield f"{len(made['minds'])} histories of kept closures"
+    yield f"{sum(map(len, made['proofs'].values()))} runs with their certificates"
 
 
 if __name__ == "__main__":

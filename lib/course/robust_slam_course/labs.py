@@ -3,18 +3,15 @@
 import dataclasses
 from collections.abc import Iterable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.certificates import Verdict, certify
-from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels
 from robust_slam.graphs import (
     Noise,
     PoseGraph,
     add_local_closures,
     add_random_closures,
-    ate,
     circle,
     manhattan,
 )
@@ -82,20 +79,10 @@ def wound(graph: PoseGraph, turns: float) -> Array:
     return dead_reckoning(dataclasses.replace(graph, measurement=measurement))
 
 
-class CertifiedRun(NamedTuple):
-    """Where a loop ended, and a sign for the certificate of each step: "." or, if it fails, "x".
-
-    ``off`` (m) is how far the poses ``(n, 3)`` are from the map of the inliers.
-    """
-
-    poses: Array
-    weights: Array
-    signs: str
-    off: float
-
-
 TURNS = tuple(np.arange(0.0, 3.25, 0.25).tolist())
 """By how many turns the start of a certified run is wound."""
+UNIT = 0.05
+"""Metres in which poses of a certified run are stored, about a pixel."""
 GOOD = 0.1
 """The largest distance (m) of a good map from that of the inliers."""
 
@@ -105,28 +92,6 @@ def best_of_ring() -> Array:
     """Return the map ``(n, 3)`` of the inliers of the first ring."""
     graph, is_outlier, _ = ring(0)
     return PoseGraphProblem(select(graph, ~is_outlier)).initial()
-
-
-@cache
-def certified_runs() -> dict[str, list[CertifiedRun]]:
-    """Return the runs of GNC and of the switches on the first ring, one for each of ``TURNS``."""
-    return {
-        solver: [_certified_run(solver, turns) for turns in TURNS]
-        for solver in ("gnc", "switches")
-    }
-
-
-def _certified_run(solver: str, turns: float) -> CertifiedRun:
-    graph, c = ring(0)[0], chi_square_threshold(0.99, 3)
-    problem, x0 = PoseGraphProblem(graph, tol=1e-9, steps=200), wound(graph, turns)
-    if solver == "gnc":
-        found = gnc(problem, c, x0=x0, tol=1e-6)
-    else:
-        found = irls(problem, kernels.geman_mcclure(c), x0, tol=1e-6)
-    proofs = (certify(graph, step.x, step.weights)[1] for step in found.history[1:])
-    signs = "".join("." if proof.verdict is Verdict.CERTIFIED else "x" for proof in proofs)
-    off = float(ate(found.x, best_of_ring()))
-    return CertifiedRun(found.x, found.weights, signs, off)
 
 
 def towns(percent: int, seeds: Iterable[int], poses: int = 60) -> list[Recognised]:

@@ -4,7 +4,6 @@ import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.estimators import Result, chi_square_threshold, gnc, switchable
 from robust_slam.graphs import ate, dead_reckoning
-from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
 
@@ -12,14 +11,11 @@ from robust_slam_course import labs
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import (
     graph_data,
-    map_steps,
     map_still,
     numbers,
     stored,
 )
 from robust_slam_course.quiz import ask
-
-_UNIT = 0.05  # m, about one pixel of the picture of certificates
 
 
 def arena() -> Picture:
@@ -102,10 +98,11 @@ def growing() -> Picture:
 def proofs() -> Picture:
     """Return runs of two reweighting loops from headings that the reader winds, all certified."""
     graph, is_outlier, _ = labs.ring(0)
-    best, runs = labs.best_of_ring(), labs.certified_runs()
-    first, loops = runs["gnc"][0], ~graph.is_odometry
+    best, runs = labs.best_of_ring(), stored("labs.json")["proofs"]
+    first: Result[Array] = gnc(graph, chi_square_threshold(0.99, 3), x0=dead_reckoning(graph))
+    loops = ~graph.is_odometry
     fates = {
-        solver: "".join("w" if run.off > labs.GOOD else "g" for run in each)
+        solver: "".join("w" if run["off"] > labs.GOOD else "g" for run in each)
         for solver, each in runs.items()
     }
     thrice = labs.TURNS.index(3.0)
@@ -124,7 +121,8 @@ def proofs() -> Picture:
         ),
         tries=["Let switches solve. Does a certificate fail, and is the map good?"],
         caption="A ring of two rounds with 12 inliers and four outliers. From odometry all"
-        f" {len(first.signs)} certificates of GNC succeed, and the map is {first.off:.2f} m from"
+        f" {len(runs['gnc'][0]['signs'])} certificates of GNC succeed, and the map is"
+        f" {runs['gnc'][0]['off']:.2f} m from"
         " the best one.",
         state={"solver": "gnc", "wound": 0, "tried": {}},
         answer={"wound": thrice, "tried": {"gnc": fates["gnc"]}},
@@ -133,21 +131,10 @@ def proofs() -> Picture:
             "best": numbers(best * [1.0, 1.0, 0.0], 2),
             "closures": graph.edges[loops].tolist(),
             "inliers": int(np.sum(loops & ~is_outlier)),
-            "unit": _UNIT,
-            "runs": {
-                solver: [
-                    {
-                        "signs": run.signs,
-                        "off": round(run.off, 2),
-                        "used": "".join(str(int(w >= 0.25)) for w in run.weights[loops]),
-                        "steps": map_steps(align(run.poses, best), _UNIT),
-                    }
-                    for run in each
-                ]
-                for solver, each in runs.items()
-            },
+            "unit": labs.UNIT,
+            "runs": runs,
         },
-        still=map_still(graph, first.poses, best, is_outlier, first.weights >= 0.25),
+        still=map_still(graph, first.x, best, is_outlier, first.weights >= 0.25),
     )
 
 
