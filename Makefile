@@ -11,8 +11,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
 STRICT ?=
-# How many at once; where empty, tests take twice the machine's cores, and the sweep, which measures,
-# one.
+# How many at once; where empty, tests take half as many again as the machine has cores, and the
+# sweep, which measures, one.
 JOBS ?=
 
 # The environment's scripts come first: nbgrader calls some of its own by name.
@@ -178,10 +178,10 @@ endef
 leaves-out = $(BIN)/python -m tests.needs $(1) $(if $(filter-out 0,$(STRICT)),--strict)
 
 TESTS ?=
-# Half of a test's time is waiting for browsers, kernels and limits.
+# A third of a test's time is waiting for browsers, kernels and limits.
 define tests
 ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(PYTEST) -q --depth $(1) $(TESTS) \
-	-n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") ))) \
+	-n $(or $(JOBS),$$(( 3 * $$($(BIN)/python -c "import os; print(os.cpu_count())") / 2 ))) \
 	--maxprocesses 8 --dist loadfile --no-loadscope-reorder
 endef
 

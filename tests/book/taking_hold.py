@@ -12,7 +12,9 @@ FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFram
 _SEEN = f"""async (picture) => {{
   await {FRAMES};
   const part = (name) => picture.querySelector(name);
-  return [part('.rs-stage').innerHTML, part('.rs-caption').textContent,
+  const drawing = part('.rs-stage').innerHTML, drawn = window.drawings ??= [];
+  if (!drawn.includes(drawing)) drawn.push(drawing);
+  return [drawn.indexOf(drawing), part('.rs-caption').textContent,
     picture.getBoundingClientRect().height];
 }}"""
 _CHANGES = """(control) => control.ariaDisabled !== "true" && control.ariaPressed !== "true"
@@ -42,7 +44,8 @@ def controls(picture: Locator) -> Iterator[Locator]:
 
 
 class Seen(NamedTuple):
-    drawing: str
+    drawing: int
+    """A number for all that is drawn alike on a page: the drawing itself is long."""
     caption: str
     height: float
     """How much of the page it takes, in pixels."""

@@ -14,7 +14,7 @@ from robust_slam_course.pictures import cycles
 
 from autograder.tests import kernel
 from tests.book import taking_hold
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, ROOT, place
+from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, place
 from tests.book.taking_hold import handles, pictures, reset, seen, take_hold, unfold
 from tests.book.test_accessible import leave_alone
 from tests.chromium import Visit, visiting
@@ -42,7 +42,6 @@ WITH_PICTURES = [
     *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
 ]
 
-FIRST_SCREENS = [*CHAPTERS, "chapters/labs", "chapters/many-robots", PAGES[0]]
 ENDS = ("valuemin", "valuemax")
 OF_HANDLE = """(picture, [key, part]) => picture.querySelector(
   `[data-handle="${key}"]`).getAttribute(`aria-${part}`)"""
@@ -171,21 +170,6 @@ def test_keys_bring_a_handle_to_the_ends_of_its_range_and_a_tenth_of_it_on(opene
             assert least <= places["Home"] <= least + slack, key
             assert places["Home"] < places["PageUp"] < places["End"] or slack > 300, key
         reset(picture)
-
-
-@pytest.mark.parametrize("name", FIRST_SCREENS)
-@pytest.mark.rest
-def test_title_sentence_and_picture_are_in_the_first_screen(name, site, open_page):
-    """The stage begins at most 220 px down the page, and its control and readout follow."""
-    address = (site.folder / f"{name}.html").as_uri()
-    page = open_page(address, viewport={"width": 1280, "height": 800}).page
-    found = page.evaluate(
-        """() => [[".rs-stage", "top"], [".rs-controls", "bottom"], [".rs-caption", "bottom"]].map(
-          ([part, edge]) => document.querySelector(`.rs-picture ${part}`)
-            .getBoundingClientRect()[edge])"""
-    )
-    stage, control, readout = found
-    assert stage <= 220 and max(control, readout) <= 800, found
 
 
 def test_only_the_front_page_and_chapter_0_sound(site):

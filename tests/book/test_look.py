@@ -22,6 +22,8 @@ from tools import fonts
 REQUESTS = 15
 KILOBYTES = 400
 """What a page may ask for before anything is clicked, compressed as servers do."""
+FIRST_SCREENS = ("index", *CHAPTERS, "chapters/labs", "chapters/many-robots")
+"""These begin with a live picture."""
 OTHERS = ("chapters/errata", "chapters/how-large-a-map")
 """In the last one a cell that can be run is near the head of the page."""
 PACKED = {".png", ".woff2"}
@@ -59,14 +61,14 @@ def weight(path: Path) -> int:
     return len(data) if path.suffix in PACKED else len(gzip.compress(data, 6))
 
 
-@pytest.fixture(scope="module", params=["index", *CHAPTERS, *OTHERS])
+@pytest.fixture(scope="module", params=[*FIRST_SCREENS, *OTHERS])
 def visit(request, address, browser):
     """A page that is open, and the addresses that it asked for until it was loaded."""
     asked: list[str] = []
     with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
         visit.page.on("request", lambda sent: asked.append(sent.url))
         visit.page.goto(f"{address}/{request.param}.html", wait_until="networkidle")
-        yield visit, [url for url in asked if url.startswith("http")]
+        yield visit, [url for url in asked if url.startswith("http")], request.param
 
 
 @pytest.mark.browser
@@ -85,6 +87,19 @@ class TestVisit:
         assert page.evaluate(SHIFT) < 0.02
         assert visit[0].complaints == visit[0].outside == []
         assert page.evaluate(COLUMNS) == [], "code, and what it prints"
+
+    def test_title_sentence_and_picture_are_in_the_first_screen(self, visit):
+        """The stage begins at most 220 px down the page, and its control and readout follow."""
+        found = visit[0].page.evaluate(
+            """() => [[".rs-stage", "top"], [".rs-controls", "bottom"], [".rs-caption", "bottom"]]
+              .map(([part, edge]) => document.querySelector(`.rs-picture ${part}`)
+                ?.getBoundingClientRect()[edge])"""
+        )
+        stage, control, readout = found
+        if visit[2] in FIRST_SCREENS:
+            assert stage <= 220 and max(control, readout) <= 800, found
+        else:
+            assert found == [None] * 3
 
 
 @pytest.mark.browser
