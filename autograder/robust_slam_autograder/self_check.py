@@ -57,7 +57,7 @@ def check(notebook: str) -> None:
         from IPython.display import HTML, display
 
         if get_ipython() is not None:
-            display(HTML(page))  # type: ignore[no-untyped-call]
+            display(HTML(page))
 
 
 def run(

@@ -29,7 +29,7 @@ def plain_python(source: str) -> str:
         from IPython.core.inputtransformer2 import TransformerManager
 
         with contextlib.suppress(Exception):  # text that is no Python at all stays as it is
-            return str(TransformerManager().transform_cell(source))  # type: ignore[no-untyped-call]
+            return str(TransformerManager().transform_cell(source))
     except _UNREADABLE:
         pass
     return source

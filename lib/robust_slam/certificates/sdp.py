@@ -19,6 +19,7 @@ Source: Rosen et al. 2019, "SE-Sync", Problem 7 and Theorem 7.
 """
 
 from dataclasses import dataclass
+from importlib import import_module
 from types import ModuleType
 
 import numpy as np
@@ -271,9 +272,8 @@ def _quadratic(value: ArrayLike, d: int, name: str = "Q") -> Array:
 
 def _cvxpy() -> ModuleType:
     try:
-        import cvxpy
+        return import_module("cvxpy")
     except ImportError as error:
         raise ImportError(
             "the relaxation is solved by cvxpy and its CLARABEL: pip install cvxpy clarabel"
         ) from error
-    return cvxpy

@@ -16,5 +16,5 @@ def show(figure: Figure, caption: str, alt: str) -> None:
     `alt` says in plain words what it shows, for readers who cannot see it.
     """
     words = {"figure": {"caption": caption}, "image": {"alt": alt}}
-    display(figure, metadata={"mystnb": words})  # type: ignore[no-untyped-call]
+    display(figure, metadata={"mystnb": words})
     plt.close(figure)
