@@ -122,8 +122,7 @@ def proofs() -> Picture:
         tries=["Let switches solve. Does a certificate fail, and is the map good?"],
         caption="A ring of two rounds with 12 inliers and four outliers. From odometry all"
         f" {len(runs['gnc'][0]['signs'])} certificates of GNC succeed, and the map is"
-        f" {runs['gnc'][0]['off']:.2f} m from"
-        " the best one.",
+        f" {runs['gnc'][0]['off']:.2f} m from the best one.",
         state={"solver": "gnc", "wound": 0, "tried": {}},
         answer={"wound": thrice, "tried": {"gnc": fates["gnc"]}},
         data={
