@@ -44,8 +44,7 @@ def controls(picture: Locator) -> Iterator[Locator]:
 
 
 class Seen(NamedTuple):
-    drawing: int
-    """A number for all that is drawn alike on a page: the drawing itself is long."""
+    drawing: int  # one number for all that is drawn alike on a page: the drawing is long
     caption: str
     height: float
     """How much of the page it takes, in pixels."""

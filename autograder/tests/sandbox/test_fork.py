@@ -5,6 +5,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -136,8 +137,9 @@ def look():
 """
 
 
-def test_the_servers_share_a_copy_that_forgets_what_it_is_asked_for(wall):
+def test_the_servers_share_a_copy_that_forgets_what_it_is_asked_for(wall, request):
     """What one withholds is not seen when the next server's view needs it in the same copy."""
+    request.addfinalizer(partial(os.umask, os.umask(0o077)))
     fresh, names = Fork(), ("look",)
     withheld = started(LOOK, names=names, withheld=("json.tool",), wall=fresh)
     with withheld as one, started(LOOK, names=names, wall=fresh) as other:
